@@ -1,0 +1,32 @@
+# Each target sets itself up: a fresh machine needs Python 3.11 or newer and nothing else.
+VENV := .venv
+PY := $(VENV)/bin/python
+# The first of these that really is 3.11 or newer.
+PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11 python; do \
+	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' >/dev/null 2>&1 && { echo $$p; break; }; done)
+
+.PHONY: demo test check wheel clean
+
+demo: $(VENV)/.ready
+	$(VENV)/bin/robust-ik demo --output out/demo.html
+
+test: $(VENV)/.ready
+	$(PY) -m pytest -n auto
+
+check: $(VENV)/.ready
+	$(VENV)/bin/ruff check .
+	$(VENV)/bin/ruff format --check .
+	$(VENV)/bin/mypy
+	$(VENV)/bin/lint-imports
+
+wheel: $(VENV)/.ready
+	$(PY) -m build --wheel
+
+clean:
+	rm -rf $(VENV) out dist
+
+$(VENV)/.ready: pyproject.toml
+	@test -n "$(PYTHON)" || { echo "Python 3.11 or newer is needed; set PYTHON=/path/to/python"; exit 1; }
+	test -x $(PY) || $(PYTHON) -m venv $(VENV)
+	$(PY) -m pip install --quiet --editable '.[dev]'
+	@touch $@

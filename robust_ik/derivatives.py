@@ -1,0 +1,71 @@
+"""How the singular values and the manipulability change with the joints. Arrays only.
+
+`hessian` is ∂J/∂q, shape (..., m, n, n) with [i, j, k] = ∂J_ij/∂q_k, as `Robot.hessian` returns it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robust_ik.errors import InputError
+from robust_ik.linalg import Array, ThinSVD, as_array, svd
+
+
+def _checked(J: ArrayLike, hessian: ArrayLike) -> tuple[ThinSVD, Array]:
+    J = as_array(J, "J", (None, None))
+    m, n = J.shape[-2:]
+    return svd(J), as_array(hessian, "hessian", (m, n, n))
+
+
+def singular_value_gradients(J: ArrayLike, hessian: ArrayLike) -> Array:
+    """∂σᵢ/∂q_k = uᵢᵀ (∂J/∂q_k) vᵢ for every i.
+
+    At σᵢ = 0 it is the derivative of the *signed* singular value, its sign being that of the pair (uᵢ, vᵢ). Where
+    singular values coincide, single rows depend on the arbitrary basis; their sum over the cluster does not.
+
+    Args:
+        J: Jacobian, (..., m, n).
+        hessian: Its derivative, (..., m, n, n).
+
+    Returns:
+        Gradients, (..., k, n) with k = min(m, n); row i belongs to σᵢ.
+
+    Source: Almarkhi-Maciejewski, eq. (7).
+    """
+    decomposition, hessian = _checked(J, hessian)
+    return np.asarray(np.einsum("...mi,...mjk,...ij->...ik", decomposition.U, hessian, decomposition.Vt, optimize=True))
+
+
+def singular_value_gradient(J: ArrayLike, hessian: ArrayLike, index: int = -1) -> Array:
+    """The gradient of one singular value, (..., n); by default of the smallest. Source: as for all of them."""
+    gradients = singular_value_gradients(J, hessian)
+    count = gradients.shape[-2]
+    if not -count <= index < count:
+        raise InputError(f"index must lie in [{-count}, {count - 1}] for {count} singular values, got {index}")
+    return np.asarray(gradients[..., index, :])
+
+
+def manipulability_gradient(J: ArrayLike, hessian: ArrayLike) -> Array:
+    """∂(Πσ)/∂q_k = Σᵢ (Π_{j≠i} σⱼ) uᵢᵀ (∂J/∂q_k) vᵢ, shape (..., n).
+
+    This form needs no inverse and holds at a singularity, where it is the derivative of the signed product: the
+    manipulability itself has a kink there, |·|.
+
+    Args:
+        J: Jacobian, (..., m, n).
+        hessian: Its derivative, (..., m, n, n).
+
+    Source: Kim, Marani, Chung, Yuh, eq. (30), in the form without J⁺.
+    """
+    s = svd(J).s
+    gradients = singular_value_gradients(J, hessian)
+    return np.asarray(np.einsum("...i,...ik->...k", _products_of_the_others(s), gradients))
+
+
+def _products_of_the_others(s: Array) -> Array:
+    """Π_{j≠i} sⱼ for every i without dividing, by products from the left and from the right."""
+    ones = np.ones((*s.shape[:-1], 1))
+    left = np.cumprod(np.concatenate([ones, s[..., :-1]], axis=-1), axis=-1)
+    right = np.cumprod(np.concatenate([ones, s[..., :0:-1]], axis=-1), axis=-1)[..., ::-1]
+    return np.asarray(left * right)

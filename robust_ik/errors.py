@@ -1,0 +1,70 @@
+"""Every exception that robust_ik raises on purpose.
+
+```
+RobustIKError
+├── InputError (ValueError)        an array or a parameter that cannot be meant: shape, NaN, range
+├── FrameNotFoundError (LookupError)  no frame, link or joint of that name; lists what exists
+└── LoadError (ValueError)         a robot that cannot be loaded
+    ├── RobotNotFoundError         no robot of that name, no file at that path
+    ├── UrdfError                  a URDF that is broken, unsafe or not supported
+    ├── TipError                   the tip is ambiguous or no joint moves it
+    └── DHError                    a DH table that is broken
+```
+
+Messages quote what was given and say what is possible.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class RobustIKError(Exception):
+    """Base of every exception raised on purpose."""
+
+
+class InputError(RobustIKError, ValueError):
+    """An array or a parameter that cannot be meant."""
+
+
+class FrameNotFoundError(RobustIKError, LookupError):
+    """A frame, link or joint name that the robot does not have."""
+
+
+class LoadError(RobustIKError, ValueError):
+    """A robot that cannot be loaded."""
+
+
+class RobotNotFoundError(LoadError):
+    """No robot of that name and no file at that path."""
+
+
+class UrdfError(LoadError):
+    """A URDF that is broken, unsafe or not supported."""
+
+
+class TipError(LoadError):
+    """The tip is ambiguous, or no joint moves it."""
+
+
+class DHError(LoadError):
+    """A DH table that is broken."""
+
+
+def suggest(given: str, known: Iterable[str], limit: int = 40) -> str:
+    """The end of a "not found" message: the nearest names first, then all of them.
+
+    Args:
+        given: The name that was not found.
+        known: The names that exist.
+        limit: How many names to list at the most.
+
+    Returns:
+        "did you mean 'tool0'? There are: base, tool0" or a part of it.
+    """
+    names = sorted(set(known))
+    close = difflib.get_close_matches(given, names, n=3, cutoff=0.5)
+    shown = ", ".join(names[:limit]) + (f", … ({len(names)} in all)" if len(names) > limit else "")
+    question = f"did you mean {' or '.join(repr(c) for c in close)}? " if close else ""
+    return f"{question}There are: {shown or 'none'}"
