@@ -1,0 +1,126 @@
+"""What every robust inverse is and what it promises.
+
+To add one: 1. write its file here, 2. export it in `inverses/__init__.py`, 3. add a row to the contract table in
+`tests/test_inverses_contract.py`.
+"""
+
+from __future__ import annotations
+
+import abc
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robust_ik.errors import InputError
+from robust_ik.linalg import Array, as_array, svd
+
+
+class RobustInverse(abc.ABC):
+    """A way from a wanted task velocity to joint velocities that stays sane near singularities."""
+
+    source: ClassVar[str]
+
+    @abc.abstractmethod
+    def solve(self, J: ArrayLike, xdot: ArrayLike) -> Array:
+        """Joint velocities for a task velocity.
+
+        Args:
+            J: Jacobian, (..., m, n).
+            xdot: Task velocity, (..., m); leading axes broadcast against those of J.
+
+        Returns:
+            q̇, (..., n).
+
+        Raises:
+            InputError: Shapes do not fit, or something is NaN or infinite.
+        """
+
+
+@dataclass(frozen=True)
+class Jump:
+    """A place where φ is discontinuous, relative to σ₁ = sigma_max of the call that asked.
+
+    Attributes:
+        sigma: Where; at σ = 0 the jump is seen when a signed singular value passes through zero.
+        height: |φ(σ⁺) − φ(σ⁻)|, possibly infinite.
+    """
+
+    sigma: float
+    height: float
+
+
+class SingularValueFilter(RobustInverse):
+    """An inverse that only rewrites singular values: J# = V diag(φ(σ)) Uᵀ."""
+
+    @abc.abstractmethod
+    def gains(self, s: ArrayLike) -> Array:
+        """φ(σ) for singular values (..., k) in descending order; the first one is σ₁, always given."""
+
+    @abc.abstractmethod
+    def largest_gain(self, sigma_max: float) -> float:
+        """The least upper bound of φ over 0 ≤ σ ≤ sigma_max = σ₁: ‖q̇‖ ≤ largest_gain · ‖ẋ‖."""
+
+    @abc.abstractmethod
+    def is_exact(self, s: ArrayLike) -> np.ndarray:
+        """Where σφ(σ) = 1, so that the task is met along that direction, (..., k) of bool."""
+
+    def jumps(self, sigma_max: float) -> tuple[Jump, ...]:  # noqa: ARG002
+        """Every discontinuity of φ for σ₁ = sigma_max; empty for a continuous inverse."""
+        return ()
+
+    @property
+    def continuous(self) -> bool:
+        """Whether q̇ is a continuous function of J everywhere, rank loss included."""
+        return not self.jumps(1.0)
+
+    def gain_at_zero(self, sigma_max: float) -> float:
+        """φ(0⁺): the speed per task speed commanded along a direction that is almost lost."""
+        if sigma_max <= 0:
+            return 0.0
+        return float(self.gains(np.array([sigma_max, 1e-150 * sigma_max]))[1])
+
+    def solve(self, J: ArrayLike, xdot: ArrayLike) -> Array:
+        """Joint velocities V diag(φ(σ)) Uᵀ ẋ; see `RobustInverse.solve`."""
+        decomposition = svd(J)
+        xdot = as_array(xdot, "xdot", (decomposition.U.shape[-2],))
+        components = np.einsum("...mk,...m->...k", decomposition.U, xdot)
+        return np.asarray(np.einsum("...kn,...k->...n", decomposition.Vt, self.gains(decomposition.s) * components))
+
+    def matrix(self, J: ArrayLike) -> Array:
+        """The inverse J# itself, (..., n, m)."""
+        decomposition = svd(J)
+        scaled = decomposition.U * self.gains(decomposition.s)[..., None, :]
+        return np.asarray(np.swapaxes(scaled @ decomposition.Vt, -1, -2))
+
+
+def checked_parameter(
+    name: str, value: float, *, above: float = -math.inf, below: float = math.inf, least: float = -math.inf
+) -> float:
+    """A finite parameter within its range.
+
+    Args:
+        name: What to call it in the message.
+        value: What was given.
+        above: It must be greater than this.
+        below: It must be less than this.
+        least: It must be at least this.
+
+    Raises:
+        InputError: It is no finite number or out of range; the message says the range.
+    """
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = math.nan
+    if not (math.isfinite(number) and above < number < below and number >= least):
+        conditions = [
+            f"> {above:g}" if above > -math.inf else "",
+            f"≥ {least:g}" if least > -math.inf else "",
+            f"< {below:g}" if below < math.inf else "",
+        ]
+        wanted = " and ".join(condition for condition in conditions if condition) or "finite"
+        raise InputError(f"{name} must be {wanted}, got {value!r}")
+    return number

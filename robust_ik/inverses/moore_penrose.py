@@ -1,0 +1,50 @@
+"""The pseudo-inverse: exact wherever it can be, unbounded near a singularity."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robust_ik.inverses.base import Jump, SingularValueFilter, checked_parameter
+from robust_ik.linalg import RANK_TOLERANCE, Array
+
+
+@dataclass(frozen=True)
+class MoorePenrose(SingularValueFilter):
+    """φ(σ) = 1/σ, and 0 where σ ≤ tolerance · σ₁.
+
+    Watch for: joint speeds grow as 1/σ without bound, and drop to zero at the tolerance.
+
+    Attributes:
+        tolerance: What counts as σ = 0, relative to the largest singular value.
+
+    Source: Whitney 1969; SGIM in ESRIM (2020), eq. (7) to (9).
+    """
+
+    source: ClassVar[str] = "Whitney 1969"
+    tolerance: float = RANK_TOLERANCE
+
+    def __post_init__(self) -> None:
+        checked_parameter("tolerance", self.tolerance, above=0, below=1)
+
+    def gains(self, s: ArrayLike) -> Array:
+        """1/σ above the tolerance, else 0."""
+        s = np.asarray(s, dtype=float)
+        kept = self.is_exact(s)
+        return np.asarray(kept / np.where(kept, s, 1.0))
+
+    def largest_gain(self, sigma_max: float) -> float:
+        """1/(tolerance · σ₁): no useful bound."""
+        return 1 / (self.tolerance * sigma_max) if sigma_max > 0 else 0.0
+
+    def is_exact(self, s: ArrayLike) -> np.ndarray:
+        """Wherever σ counts as non-zero."""
+        s = np.asarray(s, dtype=float)
+        return np.asarray(s > self.tolerance * s[..., :1])
+
+    def jumps(self, sigma_max: float) -> tuple[Jump, ...]:
+        """From 1/(tolerance · σ₁) to 0 at the tolerance."""
+        return (Jump(self.tolerance * sigma_max, self.largest_gain(sigma_max)),)
