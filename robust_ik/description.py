@@ -1,0 +1,205 @@
+"""What a robot description says: joints as a tree, and shapes to look at. Plain values, no Pinocchio."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from robust_ik.errors import FrameNotFoundError, TipError, suggest
+from robust_ik.linalg import Array
+
+MOVING_TYPES = ("revolute", "continuous", "prismatic")
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """A joint that follows another: position = multiplier · source + offset."""
+
+    source: str
+    multiplier: float
+    offset: float
+
+
+@dataclass(frozen=True)
+class Joint:
+    """One joint of the tree. Limits that are not stated are infinite.
+
+    Attributes:
+        name: Joint name.
+        kind: "revolute", "continuous", "prismatic", "fixed", "floating" or "planar".
+        parent: Link that carries it.
+        child: Link that it moves.
+        lower: Lower position limit, rad or m.
+        upper: Upper position limit, rad or m.
+        velocity: Speed limit, rad/s or m/s.
+        mimic: What it follows, if it is no joint of its own.
+    """
+
+    name: str
+    kind: str
+    parent: str
+    child: str
+    lower: float
+    upper: float
+    velocity: float
+    mimic: Mimic | None = None
+
+
+@dataclass(frozen=True)
+class Box:
+    """A box, side lengths in metres."""
+
+    size: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """A sphere, radius in metres."""
+
+    radius: float
+
+
+@dataclass(frozen=True)
+class Cylinder:
+    """A cylinder along z, in metres."""
+
+    radius: float
+    length: float
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """A mesh file.
+
+    Attributes:
+        name: The path as the description writes it.
+        path: The file, or None when it was not found.
+        scale: Factors along x, y, z.
+        root: The folder that the mesh and whatever it refers to may be read from.
+        problem: Why there is no path; empty otherwise.
+    """
+
+    name: str
+    path: Path | None
+    scale: tuple[float, float, float]
+    root: Path | None
+    problem: str = ""
+
+
+Shape = Box | Sphere | Cylinder | Mesh
+
+
+@dataclass(frozen=True, eq=False)
+class Visual:
+    """A shape fixed to a link.
+
+    Attributes:
+        link: The link that carries it.
+        placement: Pose in the link frame, (4, 4).
+        shape: What it looks like.
+        color: RGBA in [0, 1], or None for the mesh's own.
+    """
+
+    link: str
+    placement: Array
+    shape: Shape
+    color: tuple[float, float, float, float] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Description:
+    """A checked robot description.
+
+    Attributes:
+        name: The robot's name.
+        xml: URDF text that Pinocchio builds from.
+        links: Link names, in file order.
+        joints: Joints, in file order.
+        visuals: Shapes to draw.
+        source: Where it came from, for messages.
+        notes: What was read in a way that its reader should know, a sentence each.
+    """
+
+    name: str
+    xml: str
+    links: tuple[str, ...]
+    joints: tuple[Joint, ...]
+    visuals: tuple[Visual, ...]
+    source: str
+    notes: tuple[str, ...] = ()
+
+    @cached_property
+    def joint(self) -> dict[str, Joint]:
+        """Joints by name."""
+        return {joint.name: joint for joint in self.joints}
+
+    @cached_property
+    def _joint_above(self) -> dict[str, Joint]:
+        return {joint.child: joint for joint in self.joints}
+
+    @cached_property
+    def root(self) -> str:
+        """The link that no joint moves."""
+        return next(link for link in self.links if link not in self._joint_above)
+
+    @cached_property
+    def leaves(self) -> tuple[str, ...]:
+        """Links that carry no joint."""
+        parents = {joint.parent for joint in self.joints}
+        return tuple(link for link in self.links if link not in parents)
+
+    def link_of(self, frame: str) -> str:
+        """The link that a frame name stands for: the link itself, or the child of the joint of that name."""
+        if frame in self.links:
+            return frame
+        if frame in self.joint:
+            return self.joint[frame].child
+        raise FrameNotFoundError(
+            f"{self.name} has no link or joint {frame!r}; {suggest(frame, [*self.links, *self.joint])}"
+        )
+
+    def chain(self, frame: str) -> tuple[Joint, ...]:
+        """The joints from the root to a frame, fixed ones included."""
+
+        def upwards(link: str) -> Iterator[Joint]:
+            while link in self._joint_above:
+                joint = self._joint_above[link]
+                yield joint
+                link = joint.parent
+
+        return tuple(reversed(list(upwards(self.link_of(frame)))))
+
+    def moving_joints(self, frame: str) -> tuple[str, ...]:
+        """The independent joints that move a frame, from the root on; a mimic joint stands for its source."""
+        names = [self.source_of(joint).name for joint in self.chain(frame) if joint.kind != "fixed"]
+        return tuple(dict.fromkeys(names))
+
+    def source_of(self, joint: Joint) -> Joint:
+        """The independent joint that drives this one: itself unless it mimics."""
+        while joint.mimic is not None:
+            joint = self.joint[joint.mimic.source]
+        return joint
+
+    def longest_leaf(self) -> str:
+        """The leaf of the one longest chain; of several that end alike, one called tool0 (ROS-Industrial's name).
+
+        Raises:
+            TipError: Several chains are equally long; the message lists their leaves.
+        """
+        counts = {leaf: len(self.moving_joints(leaf)) for leaf in self.leaves}
+        longest = max(counts.values(), default=0)
+        candidates = [leaf for leaf, count in counts.items() if count == longest]
+        if longest == 0:
+            raise TipError(f"{self.name} has no joint that moves")
+        chains = Counter(self.moving_joints(leaf) for leaf in candidates)
+        if len(chains) == 1 and "tool0" in candidates:
+            return "tool0"
+        if len(candidates) > 1:
+            raise TipError(
+                f"{self.name} has {len(candidates)} chains of {longest} joints; give tip=, one of: "
+                + ", ".join(sorted(candidates))
+            )
+        return candidates[0]

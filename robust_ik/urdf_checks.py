@@ -1,0 +1,140 @@
+"""Checks the XML of a URDF before anything else looks at it."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from typing import Any
+
+from lxml import etree
+
+from robust_ik.description import MOVING_TYPES
+from robust_ik.errors import UrdfError
+
+JOINT_TYPES = (*MOVING_TYPES, "fixed", "floating", "planar")
+
+
+def safe_tree(xml: str | bytes) -> Any:
+    """The XML tree, with no entity expanded, no DTD loaded, nothing fetched."""
+    parser = etree.XMLParser(
+        resolve_entities=False,
+        load_dtd=False,
+        no_network=True,
+        huge_tree=False,
+        remove_comments=True,
+        remove_pis=True,
+    )
+    try:
+        root = etree.fromstring(xml.encode() if isinstance(xml, str) else xml, parser)
+    except etree.XMLSyntaxError as error:
+        raise UrdfError(f"not well-formed XML: {error.msg}") from error
+    if root.getroottree().docinfo.internalDTD is not None:
+        raise UrdfError("it has a DOCTYPE, which could define entities; a URDF needs none: remove it")
+    if root.tag != "robot":
+        raise UrdfError(f"the root element is <{etree.QName(root).localname}>, not <robot>")
+    return root
+
+
+def check_tree(root: Any) -> None:
+    """Names, references and numbers, so that what follows cannot trip over them."""
+    if not root.get("name"):
+        root.set("name", "robot")
+    links = [_named(link) for link in root.findall("link")]
+    joints = root.findall("joint")
+    if not links:
+        raise UrdfError("it has no <link>")
+    for kind, names in (("link", links), ("joint", [_named(joint) for joint in joints])):
+        twice = [name for name, count in Counter(names).items() if count > 1]
+        if twice:
+            raise UrdfError(f"two {kind}s are called {twice[0]!r}")
+    for joint in joints:
+        _check_joint(joint, set(links))
+    _check_is_tree(links, joints)
+    for tag, attributes in _NUMBERS.items():
+        for element in root.iter(tag):
+            for attribute, count in attributes.items():
+                _check_numbers(element, attribute, count)
+
+
+_NUMBERS: dict[str, dict[str, int]] = {
+    "origin": {"xyz": 3, "rpy": 3},
+    "axis": {"xyz": 3},
+    "limit": {"lower": 1, "upper": 1, "velocity": 1, "effort": 1},
+    "mimic": {"multiplier": 1, "offset": 1},
+    "box": {"size": 3},
+    "cylinder": {"radius": 1, "length": 1},
+    "sphere": {"radius": 1},
+    "color": {"rgba": 4},
+}
+
+
+def _named(element: Any) -> str:
+    if not element.get("name"):
+        raise UrdfError(f"a <{element.tag}> in line {element.sourceline} has no name")
+    return str(element.get("name"))
+
+
+def _check_numbers(element: Any, attribute: str, count: int) -> None:
+    text = element.get(attribute)
+    if text is None:
+        return
+    try:
+        numbers = [float(word) for word in text.split()]
+    except ValueError:
+        numbers = []
+    if len(numbers) != count or not all(math.isfinite(number) for number in numbers):
+        raise UrdfError(
+            f"line {element.sourceline}: <{element.tag} {attribute}={text!r}> must hold {count} finite "
+            f"number{'s' if count > 1 else ''} (in {_place(element)})"
+        )
+
+
+def _place(element: Any) -> str:
+    owner = next((e for e in element.iterancestors("joint", "link")), None)
+    return "the robot" if owner is None else f"{owner.tag} {owner.get('name')!r}"
+
+
+def _check_joint(joint: Any, links: set[str]) -> None:
+    name, kind = joint.get("name"), joint.get("type")
+    if kind not in JOINT_TYPES:
+        raise UrdfError(f"joint {name!r} has type {kind!r}; possible are {', '.join(JOINT_TYPES)}")
+    for end in ("parent", "child"):
+        element = joint.find(end)
+        link = None if element is None else element.get("link")
+        if link not in links:
+            raise UrdfError(f"joint {name!r} has {end} link {link!r}, which does not exist")
+    if kind in ("revolute", "prismatic") and joint.find("limit") is None:
+        raise UrdfError(
+            f"joint {name!r} is {kind} but has no <limit>; add <limit lower= upper= velocity= effort=>"
+            + (", or make it continuous" if kind == "revolute" else "")
+        )
+    axis = joint.find("axis")
+    if kind in (*MOVING_TYPES, "planar") and axis is not None:
+        _check_numbers(axis, "xyz", 3)
+        if not any(float(word) for word in axis.get("xyz", "1 0 0").split()):
+            raise UrdfError(f"joint {name!r} has a zero axis")
+
+
+def _check_is_tree(links: list[str], joints: list[Any]) -> None:
+    above: dict[str, str] = {}
+    for joint in joints:
+        child = joint.find("child").get("link")
+        if child in above:
+            raise UrdfError(f"link {child!r} is the child of two joints; a URDF is a tree")
+        above[child] = joint.find("parent").get("link")
+    roots = [link for link in links if link not in above]
+    if len(roots) != 1:
+        found = ", ".join(roots) if roots else "none: the joints form a loop"
+        raise UrdfError(f"exactly one link must have no parent joint, found {found}")
+    reached = {roots[0]}
+    below: dict[str, list[str]] = {}
+    for child, parent in above.items():
+        below.setdefault(parent, []).append(child)
+    stack = [roots[0]]
+    while stack:
+        for child in below.get(stack.pop(), ()):
+            reached.add(child)
+            stack.append(child)
+    lost = [link for link in links if link not in reached]
+    if lost:
+        raise UrdfError(f"the joints form a loop through {', '.join(lost[:5])}")

@@ -1,0 +1,356 @@
+"""Reading URDF: what is read, what is refused and how it is said."""
+
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import robust_ik as rik
+from robust_ik.description import Box, Cylinder, Mesh, Sphere
+from robust_ik.urdf import MAX_BYTES, parse_urdf, read_urdf
+
+LIMIT = '<limit lower="-1" upper="2" velocity="3" effort="4"/>'
+
+
+def joint(name="j1", kind="revolute", parent="a", child="b", inside=LIMIT, axis="0 0 1"):
+    return (
+        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
+        f'<origin xyz="1 0 0"/><axis xyz="{axis}"/>{inside}</joint>'
+    )
+
+
+def urdf(*joints, links="abc", inside=""):
+    return f"""<robot name="r">{"".join(f'<link name="{link}"/>' for link in links)}{"".join(joints)}{inside}</robot>"""
+
+
+TWO = (joint(), joint("j2", parent="b", child="c"))
+
+
+def test_joints_links_and_limits_are_read():
+    description = parse_urdf(urdf(*TWO))
+    assert description.links == ("a", "b", "c")
+    assert description.root == "a"
+    assert description.leaves == ("c",)
+    first = description.joints[0]
+    assert (first.name, first.kind, first.lower, first.upper, first.velocity) == ("j1", "revolute", -1, 2, 3)
+
+
+def test_comments_processing_instructions_and_foreign_elements_do_no_harm():
+    text = urdf(*TWO, inside="<!-- hi --><ros2_control><joint name='j1'/></ros2_control><gazebo/>")
+    assert [j.name for j in parse_urdf(f"<?xml version='1.0'?><?x y?>{text}").joints] == ["j1", "j2"]
+
+
+@pytest.mark.parametrize("limit", ['<limit effort="1" velocity="0"/>', '<limit lower="0" upper="0" effort="1"/>'])
+def test_limits_of_zero_are_limits_not_stated_and_that_is_noted(limit):
+    description = parse_urdf(urdf(joint(inside=limit), TWO[1]))
+    assert description.joints[0].lower == -math.inf
+    assert description.joints[0].velocity == math.inf
+    assert any("j1" in note and "unlimited" in note for note in description.notes)
+
+
+def test_a_mimic_joint_follows_its_source_and_is_no_joint_of_its_own(rng):
+    follower = joint("j2", parent="b", child="c", inside=LIMIT + '<mimic joint="j1" multiplier="-2" offset="0.3"/>')
+    robot = rik.Robot.from_description(parse_urdf(urdf(joint(), follower)))
+    free = rik.Robot.from_description(parse_urdf(urdf(*TWO)))
+    assert robot.joint_names == ("j1",)
+    q = robot.random(rng, 5)
+    both = np.concatenate([q, -2 * q + 0.3], axis=-1)
+    assert_allclose(robot.pose(q), free.pose(both), atol=1e-14)
+    assert_allclose(robot.jacobian(q), free.jacobian(both) @ [[1], [-2]], atol=1e-14)
+    assert_allclose(robot.hessian(q)[..., 0, 0], free.hessian(both) @ [1, -2] @ [1, -2], atol=1e-14)
+
+
+def test_a_mimic_of_a_mimic_works():
+    text = urdf(
+        joint(),
+        joint("j2", parent="b", child="c", inside=LIMIT + '<mimic joint="j1" multiplier="2" offset="1"/>'),
+        joint("j3", parent="c", child="d", inside=LIMIT + '<mimic joint="j2" multiplier="3" offset="1"/>'),
+        links="abcd",
+    )
+    robot = rik.Robot.from_description(parse_urdf(text))
+    assert robot.n == 1
+    # q3 = 3 (2 q1 + 1) + 1, so the whole turns by q1 (1 + 2 + 6).
+    assert_allclose(robot.jacobian([0.1])[5], 9)
+
+
+def test_the_source_of_a_mimic_stays_although_it_does_not_carry_the_tip():
+    text = urdf(
+        joint(),
+        joint("j2", parent="a", child="c", inside=LIMIT + '<mimic joint="j1"/>'),
+    )
+    robot = rik.Robot.from_description(parse_urdf(text), "c")
+    assert robot.joint_names == ("j1",)
+    assert robot.jacobian([0.2])[5, 0] == pytest.approx(1)
+
+
+def test_a_mimic_of_nothing_is_a_free_joint_and_that_is_noted():
+    description = parse_urdf(urdf(joint(inside=LIMIT + '<mimic joint="nobody"/>'), TWO[1]))
+    assert description.joints[0].mimic is None
+    assert "nobody" in description.notes[0]
+
+
+def test_prismatic_and_continuous_joints_move_as_they_should():
+    text = urdf(joint(kind="prismatic", axis="0 3 4"), joint("j2", "continuous", "b", "c", inside=""))
+    robot = rik.Robot.from_description(parse_urdf(text))
+    assert (robot.n, robot.nq) == (2, 3)
+    q = robot.configuration([0.5, np.pi])
+    assert_allclose(robot.pose(q)[:3, 3] - robot.pose(robot.neutral)[:3, 3], [0, 0.3, 0.4], atol=1e-12)
+    assert robot.upper.tolist() == [2, np.inf]
+
+
+def test_joints_that_do_not_move_the_tip_are_dropped_and_a_whole_tree_keeps_them():
+    text = urdf(*TWO, joint("side", parent="a", child="d"), links="abcd")
+    description = parse_urdf(text)
+    assert rik.Robot.from_description(description, "c").joint_names == ("j1", "j2")
+    assert rik.Robot.from_description(description, "d").joint_names == ("side",)
+    whole = rik.Robot.from_description(description, whole_tree=True)
+    assert set(whole.joint_names) == {"j1", "j2", "side"}
+    assert whole.jacobian(np.zeros(3), "d").any()
+    with pytest.raises(rik.TipError, match="leaves are c, d"):
+        whole.jacobian(np.zeros(3))
+
+
+def test_a_joint_name_is_a_tip_too():
+    description = parse_urdf(urdf(*TWO))
+    robot = rik.Robot.from_description(description, "j2")
+    assert robot.joint_names == ("j1", "j2")
+
+
+def test_a_link_and_a_joint_may_share_a_name(rng):
+    text = urdf(joint("b"), joint("c", parent="b", child="c"), joint("d", parent="a", child="d"), links="abcd")
+    robot = rik.Robot.from_description(parse_urdf(text), "c")
+    assert robot.joint_names == ("b", "c")
+    assert robot.pose(robot.random(rng)).shape == (4, 4)
+
+
+def test_shapes_and_colours_are_read():
+    visual = """<visual><origin xyz="0 0 1"/><geometry>{}</geometry><material name="m"/></visual>"""
+    shapes = ["<box size='1 2 3'/>", "<sphere radius='2'/>", "<cylinder radius='1' length='2'/>"]
+    shapes += ["<mesh filename='package://p/x.stl' scale='2 2 2'/>", "<mesh filename='x.weird'/>"]
+    text = (
+        "<robot name='r'><material name='m'><color rgba='1 0 .5 1'/></material><link name='a'>"
+        + "".join(visual.format(shape) for shape in shapes)
+        + "</link></robot>"
+    )
+    visuals = parse_urdf(text).visuals
+    assert [type(v.shape) for v in visuals] == [Box, Sphere, Cylinder, Mesh, Mesh]
+    assert visuals[0].placement[2, 3] == 1
+    assert visuals[0].color == (1, 0, 0.5, 1)
+    assert visuals[3].shape.scale == (2, 2, 2)
+    assert "package 'p'" in visuals[3].shape.problem
+    assert ".stl" in visuals[4].shape.problem
+
+
+BILLION = """<?xml version="1.0"?><!DOCTYPE lolz [<!ENTITY a "ha"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;">
+<!ENTITY c "&b;&b;&b;&b;&b;&b;&b;&b;&b;">]><robot name="&c;"><link name="a"/></robot>"""
+OUTSIDE = """<?xml version="1.0"?><!DOCTYPE r [<!ENTITY x SYSTEM "file:///etc/hostname">]>
+<robot name="r"><link name="&x;"/></robot>"""
+
+BROKEN = {
+    "billion laughs": (BILLION, "DOCTYPE"),
+    "external entity": (OUTSIDE, "external entity"),
+    "external entity in text": (OUTSIDE.replace('<link name="&x;"/>', '&x;<link name="a"/>'), "DOCTYPE"),
+    "external DTD": ('<!DOCTYPE robot SYSTEM "http://example.com/x.dtd"><robot name="r"/>', "DOCTYPE"),
+    "undefined entity": ('<robot name="&nope;"><link name="a"/></robot>', "not well-formed|Entity"),
+    "truncated": (urdf(*TWO)[:150], "not well-formed XML"),
+    "empty": ("", "not well-formed XML"),
+    "no XML": ("hello", "not well-formed XML"),
+    "another root": ("<sdf/>", "root element is <sdf>"),
+    "no link": ("<robot name='r'/>", "no <link>"),
+    "no limits": (urdf(joint(inside=""), TWO[1]), "joint 'j1' is revolute but has no <limit>.*continuous"),
+    "no limits prismatic": (urdf(joint(kind="prismatic", inside=""), TWO[1]), "prismatic but has no <limit>"),
+    "limits reversed": (
+        urdf(joint(inside='<limit lower="1" upper="-1" velocity="1" effort="1"/>'), TWO[1]),
+        "'j1' has its limits reversed: lower 1.0 > upper -1.0",
+    ),
+    "unknown type": (urdf(joint(kind="spherical")), "type 'spherical'; possible are revolute"),
+    "no type": (urdf(joint().replace('type="revolute"', "")), "type None"),
+    "no parent": (urdf(joint().replace('<parent link="a"/>', "")), "parent link None"),
+    "unknown child": (urdf(joint(child="zz")), "child link 'zz', which does not exist"),
+    "two of a name": (urdf(joint(), joint(parent="b", child="c")), "two joints are called 'j1'"),
+    "two links of a name": (urdf(*TWO, links="abca"), "two links are called 'a'"),
+    "nameless link": ("<robot name='r'><link/></robot>", "has no name"),
+    "two parents": (urdf(joint(), joint("j2", parent="c", child="b")), "child of two joints"),
+    "loop": (urdf(joint(parent="b", child="c"), joint("j2", parent="c", child="b")), "loop through"),
+    "only a loop": (urdf(joint(parent="a", child="b"), joint("j2", parent="b", child="a"), links="ab"), "a loop"),
+    "two roots": (urdf(joint()), "exactly one link must have no parent joint, found a, c"),
+    "zero axis": (urdf(joint(axis="0 0 0"), TWO[1]), "zero axis"),
+    "NaN origin": (urdf(joint().replace("1 0 0", "nan 0 0"), TWO[1]), "3 finite numbers.*joint 'j1'"),
+    "comma": (urdf(joint(axis="0,1 0 1"), TWO[1]), "3 finite numbers"),
+    "two numbers": (urdf(joint().replace("1 0 0", "1 0"), TWO[1]), "3 finite numbers"),
+    "infinite limit": (urdf(joint(inside='<limit lower="-inf" upper="1"/>'), TWO[1]), "1 finite number "),
+    "mimics itself": (urdf(joint(inside=LIMIT + '<mimic joint="j1"/>'), TWO[1]), "mimics itself"),
+    "mimic loop": (
+        urdf(
+            joint(inside=LIMIT + '<mimic joint="j2"/>'),
+            joint("j2", parent="b", child="c", inside=LIMIT + '<mimic joint="j1"/>'),
+        ),
+        "mimics itself, through j1 → j2",
+    ),
+    "deep": ("<robot name='r'>" + "<a>" * 5000 + "</a>" * 5000 + "</robot>", "not well-formed XML"),
+}
+
+
+@pytest.mark.parametrize("case", BROKEN)
+def test_a_broken_or_unsafe_urdf_is_refused_in_one_sentence(case):
+    text, match = BROKEN[case]
+    with pytest.raises(rik.UrdfError, match=match) as caught:
+        parse_urdf(text, source="x.urdf")
+    assert str(caught.value).startswith("x.urdf: ")
+    assert "\n" not in str(caught.value)
+    assert len(str(caught.value)) < 400
+
+
+@pytest.mark.parametrize("kind", ["floating", "planar"])
+def test_a_base_that_moves_freely_is_refused_unless_the_tip_does_not_depend_on_it(kind):
+    text = urdf(joint(kind=kind, inside=""), TWO[1], joint("side", parent="a", child="d"), links="abcd")
+    description = parse_urdf(text)
+    with pytest.raises(rik.UrdfError, match=f"'j1' is {kind}; robust_ik moves fixed-base robots"):
+        rik.Robot.from_description(description, "c")
+    assert rik.Robot.from_description(description, "d").joint_names == ("side",)
+
+
+def test_a_tip_that_nothing_moves_is_refused():
+    with pytest.raises(rik.TipError, match="no joint moves 'a' of r; frames that move: b, c"):
+        rik.Robot.from_description(parse_urdf(urdf(*TWO)), "a")
+
+
+def test_a_robot_without_joints_is_refused():
+    with pytest.raises(rik.TipError, match="no joint that moves"):
+        rik.Robot.from_description(parse_urdf(urdf(links="a")))
+    with pytest.raises(rik.TipError, match="no joint that moves"):
+        rik.Robot.from_description(parse_urdf(urdf(links="a")), whole_tree=True)
+
+
+def test_an_unknown_tip_is_refused_and_names_are_offered():
+    with pytest.raises(rik.FrameNotFoundError, match=r"no link or joint 'cc'; did you mean 'c'.*a, b, c, j1, j2"):
+        rik.Robot.from_description(parse_urdf(urdf(*TWO)), "cc")
+
+
+def test_several_longest_chains_are_an_error_that_lists_them():
+    text = urdf(*TWO, joint("j3", parent="b", child="d"), links="abcd")
+    with pytest.raises(rik.TipError, match="2 chains of 2 joints; give tip=, one of: c, d"):
+        rik.Robot.from_description(parse_urdf(text))
+
+
+def test_a_missing_file_is_said(tmp_path):
+    with pytest.raises(rik.RobotNotFoundError, match="no file"):
+        read_urdf(tmp_path / "none.urdf")
+
+
+def test_a_huge_file_is_refused_before_it_is_read(tmp_path):
+    path = tmp_path / "huge.urdf"
+    with path.open("wb") as file:
+        file.truncate(MAX_BYTES + 1)
+    with pytest.raises(rik.UrdfError, match="refused"):
+        read_urdf(path)
+
+
+def test_random_bytes_are_refused_never_crash(rng):
+    good = urdf(*TWO).encode()
+    for _ in range(300):
+        data = bytearray(good)
+        for index in rng.integers(0, len(data), 3):
+            data[index] = rng.integers(0, 256)
+        try:
+            parse_urdf(bytes(data))
+        except rik.UrdfError:
+            continue
+
+
+# ------------------------------------------------------------------------------------------------- mesh paths
+@pytest.fixture
+def package(tmp_path):
+    """A package with a mesh, a URDF folder, and a secret outside of it."""
+    for name in ("ws/arm/urdf", "ws/arm/meshes", "ws/other/meshes", "elsewhere"):
+        (tmp_path / name).mkdir(parents=True)
+    for name in ("ws/arm/meshes/a.stl", "ws/other/meshes/b.stl", "elsewhere/secret.stl"):
+        (tmp_path / name).write_text("solid")
+    (tmp_path / "ws/arm/package.xml").write_text("<package/>")
+    (tmp_path / "ws/other/package.xml").write_text("<package/>")
+    return tmp_path
+
+
+def mesh(package: Path, filename: str, package_dirs=()) -> Mesh:
+    path = package / "ws/arm/urdf/arm.urdf"
+    visual = f"<visual><geometry><mesh filename='{filename}'/></geometry></visual>"
+    path.write_text(f"<robot name='arm'><link name='a'>{visual}</link></robot>")
+    return read_urdf(path, package_dirs).visuals[0].shape
+
+
+@pytest.mark.parametrize(
+    "filename",
+    ["package://arm/meshes/a.stl", "package:///arm/meshes/a.stl", "../meshes/a.stl", "model://arm/meshes/a.stl",
+     "package://arm/urdf/../meshes/a.stl"],
+)  # fmt: skip
+def test_meshes_of_the_own_package_are_found(package, filename):
+    found = mesh(package, filename)
+    assert found.path == package / "ws/arm/meshes/a.stl"
+    assert found.root == package / "ws/arm"
+    assert found.problem == ""
+
+
+def test_meshes_of_a_neighbouring_package_are_found(package):
+    assert mesh(package, "package://other/meshes/b.stl").path == package / "ws/other/meshes/b.stl"
+
+
+def test_package_dirs_may_hold_packages_or_be_one(package, tmp_path):
+    (tmp_path / "elsewhere/far/meshes").mkdir(parents=True)
+    (tmp_path / "elsewhere/far/meshes/c.stl").write_text("solid")
+    for given in (tmp_path / "elsewhere", tmp_path / "elsewhere/far", str(tmp_path / "elsewhere")):
+        assert mesh(package, "package://far/meshes/c.stl", [given]).path is not None
+    assert mesh(package, f"file://{tmp_path}/elsewhere/secret.stl", [tmp_path / "elsewhere"]).path is not None
+
+
+def test_ros_environment_variables_name_packages(package, tmp_path, monkeypatch):
+    (tmp_path / "elsewhere/share/far").mkdir(parents=True)
+    (tmp_path / "elsewhere/share/far/c.stl").write_text("solid")
+    monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path / "elsewhere"))
+    assert mesh(package, "package://far/c.stl").path is not None
+    monkeypatch.setenv("AMENT_PREFIX_PATH", "")
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "elsewhere/share"))
+    assert mesh(package, "package://far/c.stl").path is not None
+
+
+@pytest.mark.parametrize(
+    "filename",
+    ["package://arm/../../elsewhere/secret.stl", "../../../elsewhere/secret.stl", "package://../elsewhere/secret.stl",
+     "package://other/../../elsewhere/secret.stl"],
+)  # fmt: skip
+def test_a_mesh_path_that_climbs_out_of_its_package_is_refused(package, filename):
+    with pytest.raises(rik.UrdfError, match=r"climbs out|names no package"):
+        mesh(package, filename)
+
+
+def test_a_link_that_leads_out_of_the_package_is_refused(package):
+    (package / "ws/arm/meshes/l.stl").symlink_to(package / "elsewhere/secret.stl")
+    with pytest.raises(rik.UrdfError, match="climbs out"):
+        mesh(package, "package://arm/meshes/l.stl")
+
+
+@pytest.mark.parametrize(
+    "filename, problem",
+    [
+        ("package://arm/meshes/none.stl", "not in .*arm"),
+        ("package://nobody/none.stl", "no folder of package 'nobody'"),
+        ("file:///etc/x.stl", "outside the robot's folders"),
+        ("/etc/x.stl", "outside the robot's folders"),
+        ("http://example.com/x.stl", "never fetched"),
+        ("../meshes/a.mesh", "is none of .stl"),
+        ("../meshes/passwd", "is none of .stl"),
+    ],
+)
+def test_a_mesh_that_is_not_there_is_reported_and_the_robot_still_loads(package, filename, problem):
+    found = mesh(package, filename)
+    assert found.path is None
+    assert re.search(problem, found.problem)
+
+
+def test_a_package_name_does_not_open_folders_of_the_system(package):
+    # /etc is a folder beside an ancestor, but no package: without package.xml it is not looked into.
+    assert mesh(package, "package://etc/x.stl").path is None
+    (package / "elsewhere" / "x.stl").write_text("solid")
+    assert mesh(package, "package://elsewhere/x.stl").path is None
