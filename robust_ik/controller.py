@@ -1,0 +1,70 @@
+"""One control step: from a task at q to joint velocities."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robust_ik.errors import InputError
+from robust_ik.inverses import RobustInverse
+from robust_ik.linalg import Array, as_array, null_projector, readonly
+from robust_ik.problem import Resolution
+from robust_ik.robot import Robot
+from robust_ik.tasks import FrameTask
+
+
+@dataclass(frozen=True, eq=False)
+class Posture:
+    """A wish for the joints, met in the null space only: q̇₀ = cap(gain · (target − q)).
+
+    Attributes:
+        target: Configuration to drift to, (nq,).
+        gain: 1/s.
+        max_speed: Cap on every entry of q̇₀, rad/s or m/s.
+
+    Source: J-PARSE, eq. (54) and section VIII-B.
+    """
+
+    target: Array
+    gain: float = 1.0
+    max_speed: float = np.inf
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "target", readonly(as_array(self.target, "posture target", (None,))))
+        for name in ("gain", "max_speed"):
+            if not getattr(self, name) > 0:
+                raise InputError(f"posture {name} must be > 0, got {getattr(self, name)!r}")
+
+    def qdot(self, robot: Robot, q: ArrayLike) -> Array:
+        """Wanted joint velocities, (n,)."""
+        return np.clip(self.gain * robot.difference(q, self.target), -self.max_speed, self.max_speed)
+
+
+@dataclass(frozen=True, eq=False)
+class VelocityController:
+    """Turns a task into joint velocities: q̇ = J# ẋ + (I − V Vᵀ) q̇₀.
+
+    Attributes:
+        robot: The robot.
+        inverse: The robust inverse.
+        posture: What to do with redundancy, if anything.
+    """
+
+    robot: Robot
+    inverse: RobustInverse
+    posture: Posture | None = None
+
+    def step(self, q: ArrayLike, task: FrameTask) -> Resolution:
+        """Joint velocities at q.
+
+        Args:
+            q: Configuration, (nq,).
+            task: What is wanted.
+        """
+        equation = task.equation(self.robot, q)
+        qdot = self.inverse.solve(equation.J, equation.xdot)
+        if self.posture is not None:
+            qdot = qdot + null_projector(equation.J) @ self.posture.qdot(self.robot, q)
+        return Resolution(qdot=qdot, residual=equation.xdot - equation.J @ qdot)

@@ -1,0 +1,77 @@
+"""How far an arm reaches."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from robust_ik.errors import TipError
+from robust_ik.linalg import Array
+from robust_ik.robot import Robot
+
+_SAMPLES, _STARTS, _ITERATIONS = 500, 12, 200
+
+
+@dataclass(frozen=True, eq=False)
+class Reach:
+    """The farthest the tip was found from the first joint that turns.
+
+    Attributes:
+        center: That joint's origin at rest, (3,), m.
+        distance: How far the tip gets from it within the joint limits, m: a lower bound, found by ascent.
+        q: A configuration that gets there, (nq,).
+    """
+
+    center: Array
+    distance: float
+    q: Array
+
+
+def find_reach(robot: Robot, rng: np.random.Generator | None = None) -> Reach:
+    """The reach of the tip, by gradient ascent of the distance from the best of many random configurations.
+
+    Joints that slide without a stated limit stay where the sampling put them, within 1 m of zero.
+
+    Args:
+        robot: The robot; it must have a tip.
+        rng: Source of randomness; by default the same for every call.
+    """
+    if robot.tip is None:
+        raise TipError(f"{robot.name} was loaded whole, without a tip: load it with tip= to ask for its reach")
+    rng = np.random.default_rng(0) if rng is None else rng
+    center = robot.pose(robot.rest, _first_turning_joint(robot))[:3, 3]
+    samples = robot.random(rng, _SAMPLES)
+    order = np.argsort(-np.linalg.norm(robot.pose(samples)[:, :3, 3] - center, axis=-1))
+    found = [_ascend(robot, samples[index], center) for index in order[:_STARTS]]
+    distance, q = max(found, key=lambda pair: pair[0])
+    return Reach(center, distance, q)
+
+
+def _first_turning_joint(robot: Robot) -> str:
+    kinds = robot.description.joint
+    turning = [name for name in robot.joint_names if kinds[name].kind != "prismatic"]
+    return (turning or list(robot.joint_names))[0]
+
+
+def _ascend(robot: Robot, q: Array, center: Array) -> tuple[float, Array]:
+    """Projected gradient ascent of |p(q) − center|, its step grown on success and halved on failure."""
+    sliding_freely = ~np.isfinite(robot.lower) & np.array(
+        [robot.description.joint[name].kind == "prismatic" for name in robot.joint_names]
+    )
+    offset = robot.pose(q)[:3, 3] - center
+    distance, step = float(np.linalg.norm(offset)), 0.3
+    for _ in range(_ITERATIONS):
+        gradient = robot.jacobian(q, rows=("x", "y", "z")).T @ offset
+        gradient[sliding_freely] = 0.0
+        length = float(np.linalg.norm(gradient))
+        if step < 1e-7 or length == 0:
+            break
+        values = np.clip(robot.joint_values(q) + step * gradient / length, robot.lower, robot.upper)
+        trial = robot.configuration(values)
+        trial_offset = robot.pose(trial)[:3, 3] - center
+        if (trial_distance := float(np.linalg.norm(trial_offset))) > distance:
+            q, offset, distance, step = trial, trial_offset, trial_distance, step * 1.5
+        else:
+            step *= 0.5
+    return distance, q

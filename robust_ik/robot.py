@@ -1,0 +1,308 @@
+"""Robot: a Pinocchio model with a tip and limits.
+
+Default reference of Jacobians and Hessians: LOCAL_WORLD_ALIGNED (the tip's point, the world's axes).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robust_ik.description import Description
+from robust_ik.dh import DHTable
+from robust_ik.dh_urdf import dh_to_urdf
+from robust_ik.errors import FrameNotFoundError, InputError, TipError, UrdfError, suggest
+from robust_ik.joints import JointMap
+from robust_ik.linalg import Array, as_array, readonly
+from robust_ik.model import Kinematics, build_model
+from robust_ik.rows import ROWS, checked_rows
+from robust_ik.urdf import parse_urdf, read_urdf
+
+if TYPE_CHECKING:
+    import pinocchio as pin
+
+Reference = Literal["local", "world", "local_world_aligned"]
+
+
+@dataclass(frozen=True, eq=False)
+class Robot:
+    """A fixed-base arm or tree whose kinematics are functions of q.
+
+    Attributes:
+        name: What it is called.
+        tip: The frame that is moved, or None for a whole tree without one.
+        rows: The task rows that `jacobian` and `hessian` return by default, of x y z wx wy wz.
+        description: Joints and shapes as read from the file.
+        lower: Lower limits of the n joints, rad or m; −∞ where none is stated.
+        upper: Upper limits of the n joints, rad or m; +∞ where none is stated.
+        velocity_limit: Speed limits of the n joints, rad/s or m/s; +∞ where none is stated.
+        rest: A configuration to start from, (nq,): the catalogue's, else zero moved inside the limits.
+    """
+
+    name: str
+    tip: str | None
+    rows: tuple[str, ...]
+    description: Description
+    lower: Array
+    upper: Array
+    velocity_limit: Array
+    rest: Array
+    _kinematics: Kinematics = field(repr=False)
+    _joints: JointMap = field(repr=False)
+
+    def __repr__(self) -> str:
+        return f"Robot({self.name!r}, n={self.n}, tip={self.tip!r}, rows={' '.join(self.rows)})"
+
+    # ------------------------------------------------------------------------------------------ construction
+    @classmethod
+    def from_urdf(
+        cls,
+        path: str | Path,
+        tip: str | None = None,
+        *,
+        package_dirs: Sequence[str | Path] = (),
+        rows: Sequence[str] = ROWS,
+        whole_tree: bool = False,
+    ) -> Self:
+        """A robot from a URDF file.
+
+        Args:
+            path: The file.
+            tip: Link or joint frame to move; by default the leaf of the one longest chain.
+            package_dirs: Where packages lie that mesh paths name.
+            rows: Task rows, of x y z wx wy wz.
+            whole_tree: Keep every joint, also those that do not move the tip; then the tip may be left out.
+
+        Raises:
+            RobotNotFoundError: There is no such file.
+            UrdfError: The file is broken, unsafe or not supported.
+            TipError: The tip is ambiguous, or no joint moves it.
+            FrameNotFoundError: There is no such tip.
+        """
+        return cls.from_description(read_urdf(path, package_dirs), tip, rows=rows, whole_tree=whole_tree)
+
+    @classmethod
+    def from_dh(cls, table: DHTable) -> Self:
+        """A robot from a Denavit-Hartenberg table, by way of a URDF; its tip is the link "tool"."""
+        description = parse_urdf(dh_to_urdf(table), source=f"the URDF of DH table {table.name}")
+        robot = cls.from_description(description, "tool", rows=table.rows)
+        return replace(
+            robot,
+            lower=readonly(table.lower),
+            upper=readonly(table.upper),
+            velocity_limit=readonly(table.velocity),
+            rest=robot.rest if table.rest is None else readonly(table.rest),
+        )
+
+    @classmethod
+    def from_description(
+        cls,
+        description: Description,
+        tip: str | None = None,
+        *,
+        rows: Sequence[str] = ROWS,
+        whole_tree: bool = False,
+    ) -> Self:
+        """A robot from a checked description; arguments and errors as for `from_urdf`."""
+        if tip is None and not whole_tree:
+            tip = description.longest_leaf()
+        keep = _joints_to_keep(description, None if whole_tree else tip)
+        model = build_model(description, keep)
+        joints = JointMap.of(description, list(model.names)[1:])
+        limits = [description.joint[name] for name in joints.names]
+        lower, upper = np.array([j.lower for j in limits]), np.array([j.upper for j in limits])
+        return cls(
+            name=description.name,
+            tip=tip,
+            rows=checked_rows(rows),
+            description=description,
+            lower=readonly(lower),
+            upper=readonly(upper),
+            velocity_limit=readonly([j.velocity for j in limits]),
+            rest=readonly(joints.configuration(np.clip(0.0, lower, upper))),
+            _kinematics=Kinematics(model),
+            _joints=joints,
+        )
+
+    def with_rows(self, rows: Sequence[str]) -> Robot:
+        """The same robot with other task rows."""
+        return replace(self, rows=checked_rows(rows))
+
+    # ------------------------------------------------------------------------------------------ what it is
+    @property
+    def model(self) -> pin.Model:
+        """The Pinocchio model; a mimic joint is a joint of its own there. Not to be changed."""
+        return self._kinematics.model
+
+    @property
+    def n(self) -> int:
+        """Number of independent joints, the length of q̇."""
+        return len(self._joints.names)
+
+    @property
+    def nq(self) -> int:
+        """Length of q: n, and one more for every continuous joint, which is stored as (cos, sin)."""
+        return self._joints.nq
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """The independent joints, in the order of q̇."""
+        return self._joints.names
+
+    @property
+    def neutral(self) -> Array:
+        """The configuration of all joints at zero, (nq,); it may lie outside the limits."""
+        return self._joints.configuration(np.zeros(self.n))
+
+    @property
+    def frames(self) -> tuple[str, ...]:
+        """Every frame name: links and joints."""
+        return tuple(self._kinematics.frames)
+
+    # ------------------------------------------------------------------------------------------ configurations
+    def configuration(self, values: ArrayLike) -> Array:
+        """Joint values (..., n) in rad or m → q (..., nq)."""
+        return self._joints.configuration(as_array(values, "values", (self.n,)))
+
+    def joint_values(self, q: ArrayLike) -> Array:
+        """Configurations q (..., nq) → joint values (..., n) in rad or m; continuous joints in (−π, π]."""
+        return self._joints.values(self._checked(q))
+
+    def random(self, rng: np.random.Generator, size: int | tuple[int, ...] = ()) -> Array:
+        """Uniform random configurations inside the limits, (*size, nq).
+
+        Where no limit is stated: a full turn for a revolute joint, ±1 m for a prismatic one.
+        """
+        span = np.where(self._joints.prismatic, 1.0, np.pi)
+        lower = np.where(np.isfinite(self.lower), self.lower, -span)
+        upper = np.where(np.isfinite(self.upper), self.upper, span)
+        shape = (size,) if isinstance(size, int) else tuple(size)
+        return self._joints.configuration(rng.uniform(lower, upper, (*shape, self.n)))
+
+    def integrate(self, q: ArrayLike, dq: ArrayLike) -> Array:
+        """Q ⊕ dq on the manifold: (..., nq) and (..., n) → (..., nq), leading axes broadcast."""
+        return self._joints.integrate(self._checked(q), as_array(dq, "dq", (self.n,)))
+
+    def difference(self, q_from: ArrayLike, q_to: ArrayLike) -> Array:
+        """The dq with q_from ⊕ dq = q_to, (..., n); the short way round for continuous joints."""
+        return self._joints.difference(self._checked(q_from), self._checked(q_to))
+
+    def _checked(self, q: ArrayLike) -> Array:
+        try:
+            q = as_array(q, "q", (self.nq,))
+        except InputError as error:
+            hint = " (continuous joints take cos and sin; see Robot.configuration)" if self.nq != self.n else ""
+            raise InputError(f"{error}; {self.name} has joints {', '.join(self.joint_names)}{hint}") from None
+        self._joints.check(q)
+        return q
+
+    # ------------------------------------------------------------------------------------------ kinematics
+    def pose(self, q: ArrayLike, frame: str | None = None) -> Array:
+        """The pose of a frame in the world.
+
+        Args:
+            q: Configurations, (..., nq).
+            frame: Link or joint; default the tip.
+
+        Returns:
+            Homogeneous transforms, (..., 4, 4).
+        """
+        return self._batched(self._kinematics.pose, q, (4, 4), self._frame_index(frame))
+
+    def jacobian(
+        self,
+        q: ArrayLike,
+        frame: str | None = None,
+        reference: Reference = "local_world_aligned",
+        *,
+        rows: Sequence[str] | None = None,
+    ) -> Array:
+        """The geometric Jacobian of a frame: twist = J q̇.
+
+        Args:
+            q: Configurations, (..., nq).
+            frame: Link or joint; default the tip.
+            reference: "local_world_aligned" (the frame's point, world axes), "local" (the frame's point and
+                axes) or "world" (the world's origin and axes).
+            rows: Task rows, of x y z wx wy wz; default `self.rows`.
+
+        Returns:
+            (..., len(rows), n), rows linear then angular, in m and rad per rad or m.
+        """
+        shape = (6, self.model.nv)
+        J = self._batched(self._kinematics.jacobian, q, shape, self._frame_index(frame), reference)
+        return self._select(self._joints.reduce(J), rows, axis=-2)
+
+    def hessian(
+        self,
+        q: ArrayLike,
+        frame: str | None = None,
+        reference: Reference = "local_world_aligned",
+        *,
+        rows: Sequence[str] | None = None,
+    ) -> Array:
+        """The derivative of the Jacobian: [i, j, k] = ∂J_ij/∂q_k.
+
+        Args:
+            q: Configurations, (..., nq).
+            frame: As for `jacobian`.
+            reference: As for `jacobian`.
+            rows: As for `jacobian`.
+
+        Returns:
+            (..., len(rows), n, n).
+        """
+        shape = (6, self.model.nv, self.model.nv)
+        H = self._batched(self._kinematics.hessian, q, shape, self._frame_index(frame), reference)
+        return self._select(self._joints.reduce(self._joints.reduce(H), axis=-2), rows, axis=-3)
+
+    def _batched(self, function: Callable[..., Array], q: ArrayLike, shape: tuple[int, ...], *arguments: Any) -> Array:
+        q = self._joints.expand(self._checked(q))
+        if q.ndim == 1:
+            return function(q, *arguments)
+        result = np.empty((*q.shape[:-1], *shape))
+        for index in np.ndindex(q.shape[:-1]):
+            result[index] = function(q[index], *arguments)
+        return result
+
+    def _select(self, array: Array, rows: Sequence[str] | None, axis: int) -> Array:
+        names = self.rows if rows is None else checked_rows(rows)
+        if names == ROWS:
+            return array
+        return np.take(array, [ROWS.index(name) for name in names], axis=axis)
+
+    def _frame_index(self, name: str | None) -> int:
+        name = self.tip if name is None else name
+        if name is None:
+            raise TipError(
+                f"{self.name} was loaded whole, without a tip: name a frame; its leaves are "
+                + ", ".join(self.description.leaves)
+            )
+        if name in self._kinematics.frames:
+            return self._kinematics.frames[name]
+        raise FrameNotFoundError(f"{self.name} has no frame {name!r}; {suggest(name, self.frames)}")
+
+
+def _joints_to_keep(description: Description, tip: str | None) -> set[str]:
+    """The joints that stay: those that move the tip (all for a whole tree), mimics with their sources."""
+    joints = description.joints if tip is None else description.chain(tip)
+    moving = [joint for joint in joints if joint.kind != "fixed"]
+    for joint in moving:
+        if joint.kind in ("floating", "planar"):
+            raise UrdfError(
+                f"{description.source}: joint {joint.name!r} is {joint.kind}; robust_ik moves fixed-base robots: "
+                f"make that joint fixed, or choose a tip that it does not move"
+            )
+    if not moving:
+        raise TipError(
+            f"no joint moves {tip!r} of {description.name}; frames that move: "
+            + ", ".join(link for link in description.links if description.moving_joints(link))
+            if tip is not None
+            else f"{description.name} has no joint that moves"
+        )
+    return {joint.name for joint in moving} | {description.source_of(joint).name for joint in moving}

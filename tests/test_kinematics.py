@@ -1,0 +1,230 @@
+"""Jacobians and Hessians of every chain of example-robot-data, against differences and the closed screw form."""
+
+import pickle
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import robust_ik as rik
+from robust_ik.catalog import EXAMPLES, catalog
+from robust_ik.urdf import read_urdf
+from tests.screws import Chain
+
+REFERENCES = ("local", "world", "local_world_aligned")
+EXAMPLE_NAMES = [name for name, entry in catalog().items() if entry.source == EXAMPLES]
+WITHOUT_JOINTS = {"hector", "iris_simple"}
+
+
+@cache
+def description(name):
+    return read_urdf(catalog()[name].path)
+
+
+def chains(name):
+    """A robot per leaf that at least two joints move."""
+    tree = description(name)
+    return [rik.Robot.from_description(tree, leaf) for leaf in tree.leaves if len(tree.moving_joints(leaf)) >= 2]
+
+
+def all_values(robot, q):
+    """Joint name → value, mimic joints included, straight from the description."""
+    values = dict(zip(robot.joint_names, robot.joint_values(q)))
+
+    def value(joint):
+        if joint.mimic is None:
+            return values.get(joint.name)
+        return joint.mimic.multiplier * value(robot.description.joint[joint.mimic.source]) + joint.mimic.offset
+
+    return {joint.name: value(joint) for joint in robot.description.chain(robot.tip) if joint.kind != "fixed"}
+
+
+def mixing(robot, names):
+    """∂(value of each joint of the chain)/∂(independent joints), by differences of an affine map."""
+    base = all_values(robot, robot.neutral)
+    columns = []
+    for unit in np.eye(robot.n):
+        moved = all_values(robot, robot.configuration(unit))
+        columns.append([moved[name] - base[name] for name in names])
+    return np.array(columns).T
+
+
+def test_the_catalogue_has_the_package_and_most_of_it_has_chains():
+    assert len(EXAMPLE_NAMES) > 50
+    assert {name for name in EXAMPLE_NAMES if not description(name).joints or not chains(name)} <= (
+        WITHOUT_JOINTS | {"iris"}
+    )
+
+
+@pytest.mark.parametrize("name", EXAMPLE_NAMES)
+def test_pose_jacobian_and_hessian_are_the_closed_screw_form(name, rng):
+    for robot in chains(name):
+        q = robot.random(rng)
+        values = all_values(robot, q)
+        chain = Chain.at(robot.description.xml, robot.tip, values)
+        M = mixing(robot, chain.names)
+        assert_allclose(robot.pose(q), chain.T, atol=1e-9)
+        for reference in REFERENCES:
+            J, H = robot.jacobian(q, reference=reference), robot.hessian(q, reference=reference)
+            assert_allclose(J, chain.jacobian(reference) @ M, atol=1e-9, err_msg=f"{robot} {reference}")
+            closed = np.einsum("rik,ia,kb->rab", chain.hessian(reference), M, M)
+            assert_allclose(H, closed, atol=1e-9, err_msg=f"{robot} {reference}")
+
+
+@pytest.mark.parametrize("name", EXAMPLE_NAMES)
+def test_jacobian_and_hessian_agree_with_central_differences(name, rng):
+    h = 1e-5
+    for robot in chains(name):
+        q = robot.random(rng)
+        around = robot.integrate(q, h * np.concatenate([np.eye(robot.n), -np.eye(robot.n)]))
+        ahead, behind = np.split(robot.pose(around), 2)
+        twists = difference_twists(ahead, behind) / (2 * h)
+        assert_allclose(robot.jacobian(q), twists.T, atol=1e-6, err_msg=str(robot))
+        for reference in REFERENCES:
+            J = robot.jacobian(around, reference=reference)
+            differences = np.moveaxis(J[: robot.n] - J[robot.n :], 0, -1) / (2 * h)
+            H = robot.hessian(q, reference=reference)
+            assert_allclose(H, differences, atol=1e-6, err_msg=f"{robot} {reference}")
+
+
+def difference_twists(ahead, behind):
+    """Twists that lead from `behind` to `ahead`, to second order, world axes at the tip."""
+    linear = ahead[:, :3, 3] - behind[:, :3, 3]
+    turn = ahead[:, :3, :3] @ np.swapaxes(behind[:, :3, :3], -1, -2)
+    skew = (turn - np.swapaxes(turn, -1, -2)) / 2
+    return np.concatenate([linear, np.stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]], axis=-1)], axis=-1)
+
+
+@pytest.fixture(params=["panda", "kinova", "tiago"])
+def robot(request):
+    return rik.load(request.param)
+
+
+@pytest.mark.parametrize("function", ["pose", "jacobian", "hessian"])
+def test_batches_equal_a_loop(robot, function, rng):
+    q = robot.random(rng, (2, 3))
+    batch = getattr(robot, function)(q)
+    loop = np.array([[getattr(robot, function)(one) for one in row] for row in q])
+    assert batch.shape == loop.shape
+    assert (batch == loop).all()
+
+
+def test_an_empty_batch_is_an_empty_result(robot):
+    assert robot.jacobian(np.zeros((0, robot.nq))).shape == (0, 6, robot.n)
+
+
+def test_the_result_depends_on_q_alone_whatever_was_asked_before(robot, rng):
+    q, other = robot.random(rng, 2)
+    before = robot.jacobian(q), robot.hessian(q), robot.pose(q)
+    robot.hessian(other)
+    after = robot.jacobian(q), robot.hessian(q), robot.pose(q)
+    assert all((a == b).all() for a, b in zip(before, after))
+
+
+def test_results_are_the_callers_own(robot, rng):
+    q = robot.random(rng)
+    first = robot.jacobian(q)
+    first[:] = 0
+    assert robot.jacobian(q).any()
+
+
+def test_threads_can_share_a_robot(robot, rng):
+    q = robot.random(rng, 400)
+    expected = robot.hessian(q)
+    with ThreadPoolExecutor(8) as pool:
+        shared = list(pool.map(robot.hessian, q))
+    assert (np.array(shared) == expected).all()
+
+
+def test_a_robot_survives_pickling(robot, rng):
+    again = pickle.loads(pickle.dumps(robot))
+    q = robot.random(rng)
+    assert (again.jacobian(q) == robot.jacobian(q)).all()
+    assert again.joint_names == robot.joint_names
+
+
+def test_any_frame_can_be_asked_for(rng):
+    robot = rik.load("panda")
+    q = robot.random(rng)
+    for frame in robot.frames:
+        assert_allclose(robot.pose(q, frame)[3], [0, 0, 0, 1])
+        assert robot.jacobian(q, frame).shape == (6, 7)
+    assert not robot.jacobian(q, "panda_link0").any()
+
+
+def test_rows_select_from_the_six(rng):
+    robot = rik.load("panda")
+    q = robot.random(rng, 2)
+    full_J, full_H = robot.jacobian(q), robot.hessian(q)
+    some = robot.with_rows(("z", "x", "wy"))
+    assert (some.jacobian(q) == full_J[:, [2, 0, 4]]).all()
+    assert (some.hessian(q) == full_H[:, [2, 0, 4]]).all()
+    assert (robot.jacobian(q, rows=("x",)) == full_J[:, [0]]).all()
+
+
+def test_random_configurations_lie_inside_the_limits_and_fill_them(robot, rng):
+    values = robot.joint_values(robot.random(rng, 500))
+    bounded = np.isfinite(robot.lower)
+    assert (values >= robot.lower).all()
+    assert (values <= robot.upper).all()
+    spread = np.ptp(values, axis=0)
+    assert (spread[bounded] > 0.9 * (robot.upper - robot.lower)[bounded]).all()
+    assert (spread[~bounded] > 0.9 * 2 * np.pi).all()
+
+
+def test_integrate_and_difference_undo_each_other(robot, rng):
+    q = robot.random(rng, 20)
+    dq = rng.uniform(-1, 1, (20, robot.n))
+    moved = robot.integrate(q, dq)
+    assert_allclose(robot.difference(q, moved), dq, atol=1e-12)
+    assert_allclose(robot.integrate(q, robot.difference(q, moved)), moved, atol=1e-12)
+
+
+def test_continuous_joints_stay_on_the_circle_over_many_steps():
+    robot = rik.load("double_pendulum_continuous")
+    q = robot.neutral
+    assert robot.nq == 4
+    for _ in range(2000):
+        q = robot.integrate(q, [0.7, -1.3])
+    assert_allclose(np.hypot(q[0::2], q[1::2]), 1, atol=1e-12)
+    assert_allclose(q[:2], [np.cos(1400), np.sin(1400)], atol=1e-9)
+
+
+@pytest.mark.parametrize("bad", [np.zeros(6), np.zeros((2, 8)), 3.0])
+def test_a_q_of_the_wrong_shape_is_refused_and_the_joints_are_named(bad):
+    with pytest.raises(rik.InputError, match=r"shape \(\.\.\., 7\).*panda_joint1"):
+        rik.load("panda").jacobian(bad)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_a_q_that_is_not_finite_is_refused(value):
+    with pytest.raises(rik.InputError, match="finite"):
+        rik.load("panda").pose([value, 0, 0, 0, 0, 0, 0])
+
+
+def test_a_q_that_is_no_number_is_refused():
+    with pytest.raises(rik.InputError, match="real numbers"):
+        rik.load("panda").pose(["a"] * 7)
+
+
+def test_cos_and_sin_off_the_circle_are_refused():
+    with pytest.raises(rik.InputError, match="joint1"):
+        rik.load("double_pendulum_continuous").pose([1, 1, 1, 0])
+
+
+def test_an_unknown_frame_is_refused_and_names_are_offered():
+    with pytest.raises(rik.FrameNotFoundError, match="did you mean 'panda_hand_tcp'"):
+        rik.load("panda").pose(np.zeros(7), "panda_hand_tpc")
+
+
+def test_an_unknown_reference_is_refused():
+    with pytest.raises(rik.InputError, match="local_world_aligned"):
+        rik.load("panda").jacobian(np.zeros(7), reference="tool")
+
+
+@pytest.mark.parametrize("rows", [(), ("x", "x"), ("x", "rz"), "xq"])
+def test_unknown_rows_are_refused(rows):
+    with pytest.raises(rik.InputError, match="x y z wx wy wz"):
+        rik.load("panda").with_rows(rows)

@@ -1,0 +1,193 @@
+"""The control loop: bounds, stability, and the xArm7 run of the J-PARSE paper."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import robust_ik as rik
+from robust_ik.paths import pose
+
+HOME = np.array([-0.0314, -0.5166, 0.1204, 0.9198, -0.0314, 1.4172, 0.0349])
+"""J-PARSE's home position of the xArm7 (reference code)."""
+
+# J-PARSE, Table II, tool down; the best reachable distance where a keypoint is out of reach, m.
+LINE = [((1.00, 0.00, 0.50), 0.328), ((0.50, 0.00, 0.50), 0), ((0.00, 0.00, 0.50), 0), ((0.50, 0.00, 0.50), 0)]
+PLANE = [((0.55, 0.00, 0.30), 0), ((0.40, 0.80, 0.30), 0.178), ((0.25, 0.00, 0.30), 0), ((0.40, -0.80, 0.30), 0.178)]
+DOWN = (np.pi, 0, 0)
+SECONDS, DT = 20.0, 0.02
+
+
+def xarm7_run(keypoints, inverse, posture_gain=None):
+    """80 s at 50 Hz, K = 10 /s, position error capped at 1 m: the paper's simulation, without actuators."""
+    robot = rik.load("xarm7")
+    path = rik.Keypoints(np.array([pose(position, DOWN) for position, _ in keypoints]), SECONDS)
+    posture = posture_gain and rik.Posture(np.zeros(7), gain=posture_gain)
+    return rik.simulate(
+        robot, inverse, path, HOME, duration=path.duration, dt=DT, gain=10, max_linear=1.0, posture=posture
+    )
+
+
+def at_the_end_of_each(run):
+    return np.arange(1, 5) * round(SECONDS / DT) - 1
+
+
+@pytest.mark.parametrize("posture_gain", [None, 2.0], ids=["alone", "with posture"])
+@pytest.mark.parametrize("keypoints", [LINE, PLANE], ids=["line", "plane"])
+@pytest.mark.parametrize("inverse", [rik.JParse(), rik.DampedLeastSquares(0.1)], ids=repr)
+def test_xarm7_ends_at_every_reachable_keypoint_and_as_near_as_can_be_at_the_others(inverse, keypoints, posture_gain):
+    run = xarm7_run(keypoints, inverse, posture_gain)
+    for index, (_, best) in zip(at_the_end_of_each(run), keypoints):
+        if best == 0:
+            assert run.position_error[index] < 1e-9
+            assert run.rotation_error[index] < 1e-9
+        else:
+            assert_allclose(run.position_error[index], best, atol=1e-3)
+
+
+@pytest.mark.parametrize("keypoints, peak", [(LINE, 23.2), (PLANE, 20.8)], ids=["line", "plane"])
+def test_xarm7_peak_speed_of_jparse_is_the_known_one_and_a_hundredth_of_the_pseudo_inverse(keypoints, peak):
+    calm = xarm7_run(keypoints, rik.JParse(), 2.0)
+    wild = xarm7_run(keypoints, rik.MoorePenrose(), 2.0)
+    assert_allclose(calm.largest_speed, peak, atol=0.1)
+    assert wild.largest_speed > 100 * calm.largest_speed
+
+
+def test_the_best_reachable_distance_is_not_beaten_by_any_random_search(rng):
+    """J-PARSE rests where no descent of the weighted error leads further: checked by damped Newton from many starts."""
+    robot, target = rik.load("xarm7"), pose(LINE[0][0], DOWN)
+    q = robot.random(rng, 60)
+    for _ in range(300):
+        error = rik.pose_error(robot.pose(q), target)
+        q = q + rik.DampedLeastSquares(0.2).solve(robot.jacobian(q), 0.5 * error)
+    best = np.linalg.norm(rik.pose_error(robot.pose(q), target), axis=-1).min()
+    run = xarm7_run(LINE[:1], rik.JParse())
+    assert_allclose(np.linalg.norm(run.error[at_the_end_of_each(run)[0]]), best, rtol=1e-3)
+
+
+def test_the_leaking_projector_is_what_keeps_damped_least_squares_from_its_target():
+    """I − J# J leaks: 2.2e-2 m at a reachable keypoint with λ = 0.1 (and none with I − V Vᵀ, as tested above)."""
+    robot, inverse = rik.load("xarm7"), rik.DampedLeastSquares(0.1)
+    target, q = pose(LINE[1][0], DOWN), HOME
+    for _ in range(1000):
+        J = robot.jacobian(q)
+        error = rik.pose_error(robot.pose(q), target)
+        leaking = np.eye(7) - inverse.matrix(J) @ J
+        q = q + DT * (inverse.solve(J, 10 * error) + leaking @ (-2 * q))
+    assert_allclose(np.linalg.norm(rik.pose_error(robot.pose(q), target)[:3]), 2.2e-2, atol=1e-3)
+
+
+def test_posture_motion_never_disturbs_the_task(rng):
+    robot = rik.load("panda")
+    for q in robot.random(rng, 20):
+        task = rik.FrameTask(robot.pose(robot.random(rng)))
+        for inverse in (rik.JParse(), rik.DampedLeastSquares(0.3), rik.MoorePenrose()):
+            alone = rik.VelocityController(robot, inverse).step(q, task)
+            both = rik.VelocityController(robot, inverse, rik.Posture(robot.rest)).step(q, task)
+            J = robot.jacobian(q)
+            assert_allclose(J @ both.qdot, J @ alone.qdot, atol=1e-9 * (1 + np.abs(alone.qdot).max()))
+            assert_allclose(both.residual, alone.residual, atol=1e-9 * (1 + np.abs(alone.qdot).max()))
+
+
+def test_posture_is_capped_joint_by_joint():
+    robot = rik.load("panda")
+    posture = rik.Posture(robot.rest + [0, 0, 0, 0, 0, 0.1, -5], gain=2, max_speed=0.6)
+    assert_allclose(posture.qdot(robot, robot.rest), [0, 0, 0, 0, 0, 0.2, -0.6], atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["panda", "kinova", "tiago", "pa10", "puma560"])
+def test_a_near_target_is_reached_and_the_record_is_consistent(name, rng):
+    robot = rik.load(name)
+    q0 = max(robot.random(rng, 50), key=lambda q: rik.manipulability(robot.jacobian(q)))
+    target = robot.pose(robot.integrate(q0, 0.05 * rng.normal(size=robot.n)))
+    run = rik.simulate(robot, rik.JParse(), lambda t: target, q0, duration=3, dt=0.01, gain=10)
+    assert np.linalg.norm(run.final_error) < 1e-9
+    assert run.time.shape == (300,)
+    assert run.sigma.shape == (300, 6)
+    assert (run.q[0] == robot.integrate(q0, np.zeros(robot.n))).all()
+    assert_allclose(robot.integrate(run.q[10], 0.01 * run.qdot[10]), run.q[11], atol=1e-12)
+    assert_allclose(robot.pose(run.q[::50]), run.pose[::50])
+    assert run.largest_speed == np.abs(run.qdot).max()
+    assert run.seconds_per_step > 0
+    with pytest.raises(ValueError, match="read-only"):
+        run.q[0, 0] = 1
+
+
+def test_rows_that_the_task_does_not_have_report_no_error():
+    robot = rik.load("planar_2r")
+    run = rik.simulate(robot, rik.JParse(), lambda t: pose((1, 1, 7)), [0.1, 1.0], duration=2, dt=0.01, gain=10)
+    assert np.linalg.norm(run.final_error) < 1e-6
+    assert not run.error[:, 2:].any()
+
+
+def test_the_same_run_twice_is_the_same():
+    first, second = (xarm7_run(LINE[:1], rik.JParse()) for _ in range(2))
+    assert (first.q == second.q).all()
+
+
+def test_progress_is_told_step_by_step():
+    robot, told = rik.load("planar_2r"), []
+    rik.simulate(robot, rik.JParse(), lambda t: np.eye(4), [0.1, 1], duration=0.05, dt=0.01,
+                 progress=lambda done, total: told.append((done, total)))  # fmt: skip
+    assert told == [(i, 5) for i in range(1, 6)]
+
+
+def test_the_damped_loop_chatters_just_above_the_predicted_step_and_not_below():
+    """G7: at an unreachable target the loop is stable for dt < 2/(φ'(0) a |v|); 2R, λ = 0.01, v = 0.02: 0.0250 s."""
+    robot = rik.load("planar_2r")
+    target = pose((2.2 / np.sqrt(2), 2.2 / np.sqrt(2), 0))
+
+    def rest(dt):
+        run = rik.simulate(robot, rik.DampedLeastSquares(0.01), lambda t: target, [np.pi / 4, 0.01],
+                           duration=4000 * dt, dt=dt, gain=0.1)  # fmt: skip
+        return np.abs(run.q[-50:, 1]).max()
+
+    assert rest(0.024) < 1e-7
+    assert_allclose(rest(0.026), 4.5e-3, atol=5e-4)
+
+
+@pytest.mark.parametrize(
+    "change, match",
+    [
+        ({"q0": np.zeros(3)}, r"q0 must have shape \(\.\.\., 2\)"),
+        ({"q0": np.zeros((2, 2))}, "one configuration"),
+        ({"q0": [np.nan, 0]}, "finite"),
+        ({"dt": 0.0}, "0 < dt"),
+        ({"dt": -1.0}, "0 < dt"),
+        ({"dt": 2.0}, "0 < dt"),
+        ({"duration": np.inf}, "0 < dt"),
+        ({"duration": 1e9}, "larger dt"),
+        ({"gain": -1}, "gain must be > 0"),
+        ({"path": lambda t: np.eye(3)}, "target must have shape"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused(change, match):
+    robot = rik.load("planar_2r")
+    arguments = {"path": lambda t: np.eye(4), "q0": [0.1, 1.0], "duration": 1.0, "dt": 0.01} | change
+    path, q0 = arguments.pop("path"), arguments.pop("q0")
+    with pytest.raises(rik.InputError, match=match):
+        rik.simulate(robot, rik.JParse(), path, q0, **arguments)
+
+
+# ----------------------------------------------------------------------------------------------------- paths
+def test_keypoints_are_held_one_after_another():
+    path = rik.Keypoints(np.array([pose((i, 0, 0)) for i in range(3)]), 2.0)
+    assert path.duration == 6
+    assert [path(t)[0, 3] for t in (-1, 0, 1.99, 2.0, 3.9, 4.0, 5, 6, 100)] == [0, 0, 0, 1, 1, 2, 2, 2, 2]
+
+
+def test_out_and_back_leaves_and_returns_at_rest():
+    path = rik.OutAndBack(pose((1, 0, 0)), (3, 0, 0), travel=2, pause=1, settle=1)
+    x = np.array([path(t)[0, 3] for t in np.linspace(0, path.duration, 601)])
+    assert (x[0], x.max(), x[-1]) == (1, 3, 1)
+    assert np.abs(np.diff(x)).max() / 0.01 < 1.001 * np.pi / 2 * 2 / 2  # π/2 times the mean speed
+    assert np.abs(np.diff(x, 2)).max() < 1e-3
+    assert_allclose(path(2.5)[0, 3], 3)
+    assert_allclose(x[-100:], 1, atol=1e-12)
+
+
+@pytest.mark.parametrize("seconds", [0, -1, np.nan, np.inf])
+def test_a_duration_that_is_no_positive_number_is_refused(seconds):
+    with pytest.raises(rik.InputError, match="positive number of seconds"):
+        rik.Keypoints(np.eye(4)[None], seconds)
+    with pytest.raises(rik.InputError, match="positive number of seconds"):
+        rik.OutAndBack(np.eye(4), (1, 0, 0), travel=seconds)
