@@ -74,15 +74,17 @@ class Kinematics:
         return np.array(pin.updateFramePlacement(self.model, data, frame).homogeneous)
 
     def jacobian(self, q: Array, frame: int, reference: str) -> Array:
-        """(6, nv)."""
-        return np.array(pin.computeFrameJacobian(self.model, self._scratch.data, q, frame, reference_frame(reference)))
+        """(6, nv); Pinocchio's bindings drop the axis of a single joint."""
+        J = pin.computeFrameJacobian(self.model, self._scratch.data, q, frame, reference_frame(reference))
+        return np.array(J).reshape(6, self.model.nv)
 
     def hessian(self, q: Array, frame: int, reference: str) -> Array:
         """(6, nv, nv) with [i, j, k] = ∂J_ij/∂q_k."""
         data = self._scratch.data
         pin.computeJointJacobians(self.model, data, q)
         pin.computeJointKinematicHessians(self.model, data)
-        return _as_written(pin.getFrameKinematicHessian(self.model, data, frame, reference_frame(reference)))
+        H = np.asarray(pin.getFrameKinematicHessian(self.model, data, frame, reference_frame(reference)))
+        return _as_written(H.reshape(6, self.model.nv, self.model.nv))
 
 
 def reference_frame(name: str) -> pin.ReferenceFrame:

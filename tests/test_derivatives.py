@@ -6,6 +6,7 @@ from numpy.testing import assert_allclose
 
 import robust_ik as rik
 from robust_ik import derivatives, linalg
+from tests.screws import Chain
 
 ROBOTS = ["panda", "ur5", "xarm7", "kinova", "tiago", "pa10", "duleba_3r", "planar_2r", "almarkhi_4dof"]
 
@@ -76,3 +77,19 @@ def test_shapes_that_do_not_fit_are_refused(rng):
 def test_an_index_out_of_range_is_refused():
     with pytest.raises(rik.InputError, match="3 singular values"):
         derivatives.singular_value_gradient(np.ones((3, 4)), np.ones((3, 4, 4)), 3)
+
+
+def test_the_printed_form_of_the_papers_equation_9_is_wrong(rng):
+    """Almarkhi-Maciejewski print p_k where p_i is right (k < i): wrong by over 0.5 on their own PA-10."""
+    robot, worst = rik.load("pa10"), 0.0
+    names = [f"joint{i + 1}" for i in range(7)]
+    for q in robot.random(rng, 20):
+        chain = Chain.at(robot.description.xml, robot.tip, dict(zip(names, q)))
+        p, z, H = chain.T[:3, 3] - chain.o, chain.z, robot.hessian(q)
+        for i in range(7):
+            for k in range(i):
+                corrected = (z[k] @ p[i]) * z[i] - (z[k] @ z[i]) * p[i]
+                printed = (z[k] @ p[i]) * z[i] - (z[k] @ z[i]) * p[k]
+                assert_allclose(H[:3, i, k], corrected, atol=1e-12)
+                worst = max(worst, np.abs(H[:3, i, k] - printed).max())
+    assert worst > 0.5

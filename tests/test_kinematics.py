@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 
 import robust_ik as rik
 from robust_ik.catalog import EXAMPLES, catalog
-from robust_ik.urdf import read_urdf
+from robust_ik.urdf import parse_urdf, read_urdf
 from tests.screws import Chain
 
 REFERENCES = ("local", "world", "local_world_aligned")
@@ -109,6 +109,22 @@ def test_batches_equal_a_loop(robot, function, rng):
     loop = np.array([[getattr(robot, function)(one) for one in row] for row in q])
     assert batch.shape == loop.shape
     assert (batch == loop).all()
+
+
+@pytest.mark.parametrize("kind", ["revolute", "continuous", "prismatic"])
+def test_a_single_joint_has_matrices_too(kind):
+    text = (
+        '<robot name="r"><link name="a"/><link name="b"/><link name="tip"/>'
+        f'<joint name="j" type="{kind}"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/>'
+        '<limit lower="-1" upper="1" velocity="1" effort="1"/></joint>'
+        '<joint name="t" type="fixed"><parent link="b"/><child link="tip"/><origin xyz="2 0 0"/></joint></robot>'
+    )
+    robot = rik.Robot.from_description(parse_urdf(text))
+    slides = kind == "prismatic"
+    J, H = robot.jacobian(robot.neutral), robot.hessian(robot.neutral)
+    assert_allclose(J, np.array([[0, 0, 1, 0, 0, 0] if slides else [0, 2, 0, 0, 0, 1]]).T, atol=1e-15)
+    assert_allclose(H, np.array([0, 0, 0, 0, 0, 0] if slides else [-2, 0, 0, 0, 0, 0]).reshape(6, 1, 1), atol=1e-15)
+    assert robot.jacobian(np.stack([robot.neutral] * 3)).shape == (3, 6, 1)
 
 
 def test_an_empty_batch_is_an_empty_result(robot):
