@@ -1,0 +1,128 @@
+"""Checks at the public boundary: each returns the clean value or says in one sentence what was given and wanted."""
+
+from __future__ import annotations
+
+import math
+import reprlib
+from numbers import Real
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from robust_ik.errors import InputError
+
+Array = NDArray[np.float64]
+
+LEAST_PARAMETER, LARGEST_PARAMETER = 1e-100, 1e100
+"""Parameters other than 0 lie between these in magnitude, so that their squares neither vanish nor overflow."""
+
+RIGID_TOLERANCE = 1e-6
+
+
+def as_array(value: ArrayLike, name: str, shape: tuple[int | None, ...]) -> Array:
+    """A finite float array whose trailing axes have the wanted shape.
+
+    Args:
+        value: What was given.
+        name: What to call it in the message.
+        shape: Trailing shape; None stands for any length.
+
+    Raises:
+        InputError: The value is not real numbers, has another shape, or holds NaN or infinity.
+    """
+    try:
+        array = np.asarray(value)
+    except ValueError:
+        array = np.asarray(None)
+    if array.dtype.kind not in "biuf" or isinstance(value, np.ma.MaskedArray):
+        raise InputError(f"{name} must be an array of real numbers, got {reprlib.repr(value)}")
+    array = array.astype(float, copy=False)
+    wanted = array.ndim >= len(shape) and all(
+        want is None or have == want for have, want in zip(array.shape[array.ndim - len(shape) :], shape)
+    )
+    if not wanted:
+        pattern = ", ".join(["...", *("any" if length is None else str(length) for length in shape)])
+        raise InputError(f"{name} must have shape ({pattern}), got {array.shape}")
+    if not np.isfinite(array).all():
+        shown = np.array2string(array, threshold=8, precision=4)
+        raise InputError(f"{name} must be finite, got NaN or infinity in {shown}")
+    return array
+
+
+def check_leading_axes(first: str, a: tuple[int, ...], second: str, b: tuple[int, ...]) -> None:
+    """Refuses leading axes that do not broadcast against each other.
+
+    Args:
+        first: Name of the one array.
+        a: Its leading shape.
+        second: Name of the other array.
+        b: Its leading shape.
+
+    Raises:
+        InputError: They do not.
+    """
+    try:
+        np.broadcast_shapes(a, b)
+    except ValueError:
+        raise InputError(f"the leading axes of {first} {a} and {second} {b} do not broadcast") from None
+
+
+def checked_parameter(
+    name: str, value: object, *, above: float = -math.inf, below: float = math.inf, least: float = -math.inf
+) -> float:
+    """A finite number within its range.
+
+    Args:
+        name: What to call it in the message.
+        value: What was given.
+        above: It must be greater than this.
+        below: It must be less than this.
+        least: It must be at least this.
+
+    Raises:
+        InputError: It is no finite number, out of range, or too small or large to be squared.
+    """
+    number = float(value) if isinstance(value, Real) else math.nan
+    if not (math.isfinite(number) and above < number < below and number >= least):
+        conditions = [
+            f"> {above:g}" if above > -math.inf else "",
+            f"≥ {least:g}" if least > -math.inf else "",
+            f"< {below:g}" if below < math.inf else "",
+        ]
+        wanted = " and ".join(condition for condition in conditions if condition) or "finite"
+        raise InputError(f"{name} must be {wanted}, got {value!r}")
+    if number != 0 and not LEAST_PARAMETER <= abs(number) <= LARGEST_PARAMETER:
+        span = f"{LEAST_PARAMETER:g} and {LARGEST_PARAMETER:g}"
+        raise InputError(f"{name} must be 0 or between {span} in magnitude, got {value!r}")
+    return number
+
+
+def checked_cap(name: str, value: object) -> float:
+    """A positive number, or infinity for no cap."""
+    return math.inf if value == math.inf else checked_parameter(name, value, above=0)
+
+
+def checked_rigid(value: ArrayLike, name: str) -> Array:
+    """Homogeneous transforms that are rotations and translations up to RIGID_TOLERANCE, (..., 4, 4).
+
+    Raises:
+        InputError: They are not.
+    """
+    T = as_array(value, name, (4, 4))
+    R = T[..., :3, :3]
+    error = np.abs(R @ np.swapaxes(R, -1, -2) - np.eye(3))
+    if (error > RIGID_TOLERANCE).any() or (np.linalg.det(R) < 0).any() or (T[..., 3, :] != [0, 0, 0, 1]).any():
+        raise InputError(f"{name} must be rigid: a rotation, a translation and a last row 0 0 0 1, got {_shown(T)}")
+    return T
+
+
+def _shown(array: Array) -> str:
+    return " ".join(np.array2string(array, threshold=8, precision=4, separator=", ").split())
+
+
+def readonly(array: ArrayLike, dtype: Any = float) -> NDArray[Any]:
+    """A copy that cannot be written to."""
+    copy = np.array(array, dtype=dtype)
+    copy.setflags(write=False)
+    return copy

@@ -1,0 +1,18 @@
+"""Robots and runs to look at: MeshCat scenes, live or as files. It only ever reads what it is given."""
+
+from robust_ik.display.configuration import draw_configuration
+from robust_ik.display.drawn_robot import DrawnRobot, MissingMesh, draw_robot
+from robust_ik.display.report import write_html
+from robust_ik.display.runs import draw_run
+from robust_ik.display.scene import Scene, serve
+
+__all__ = [
+    "DrawnRobot",
+    "MissingMesh",
+    "Scene",
+    "draw_configuration",
+    "draw_robot",
+    "draw_run",
+    "serve",
+    "write_html",
+]

@@ -1,0 +1,4 @@
+(function () {
+  const viewer = openScene(document.getElementById("pane"));
+  if (viewer) viewer.connect();
+})();

@@ -1,0 +1,57 @@
+"""A run at the rate of a film."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robust_ik.checks import Array
+from robust_ik.simulation import Trajectory
+
+FRAMES_PER_SECOND = 30.0
+MOST_FRAMES = 3000
+
+
+@dataclass(frozen=True, eq=False)
+class Frames:
+    """A run at the times that are shown.
+
+    Attributes:
+        run: The run.
+        rows: Which of its rows are shown, (F,), at least two.
+        times: Seconds from the start, (F,).
+        tip: Tip positions, (F, 3).
+    """
+
+    run: Trajectory
+    rows: NDArray[np.int_]
+    times: Array
+    tip: Array
+
+    @classmethod
+    def of(cls, run: Trajectory) -> Frames:
+        """About thirty rows a second, the last one among them."""
+        count, duration = len(run.time), float(run.time[-1] - run.time[0])
+        wanted = min(max(round(duration * FRAMES_PER_SECOND), 1), count - 1, MOST_FRAMES)
+        rows = np.unique(np.linspace(0, count - 1, wanted + 1).round().astype(int))
+        times = run.time[rows] - run.time[0]
+        if len(rows) == 1:
+            rows, times = np.repeat(rows, 2), np.array([0.0, 1.0])
+        return cls(run, rows, times, run.pose[rows, :3, 3])
+
+    @property
+    def q(self) -> Array:
+        """Configurations, (F, nq)."""
+        return self.run.q[self.rows]
+
+    @property
+    def target(self) -> Array:
+        """Target poses, (F, 4, 4)."""
+        return self.run.target[self.rows]
+
+    @property
+    def jacobians(self) -> Array:
+        """Task Jacobians, (F, m, n)."""
+        return self.run.robot.jacobian(self.q)

@@ -1,0 +1,159 @@
+"""Mesh files, whatever their kind, as coloured triangles. What is wrong with a file is told, never raised on."""
+
+from __future__ import annotations
+
+import io
+import logging
+import re
+import warnings
+import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from robust_ik.description import Mesh
+from robust_ik.display.resolver import ConfinedResolver
+from robust_ik.display.triangles import Triangles, tidy
+
+MAX_BYTES = 200_000_000
+MAX_PIXELS = 50_000_000
+Color = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Triangles of one colour, or with a colour at every vertex.
+
+    Attributes:
+        triangles: What is drawn.
+        color: RGBA in [0, 1], or None if the file says none.
+    """
+
+    triangles: Triangles
+    color: Color | None
+
+
+class UnreadableMeshError(Exception):
+    """A mesh that cannot be drawn; the message says why. It does not leave the display package."""
+
+
+def read_mesh(mesh: Mesh) -> tuple[Part, ...]:
+    """The parts of a mesh file in metres, scaled as the description says.
+
+    COLLADA's unit is applied and its up-axis is not: so do ROS and its files.
+
+    Raises:
+        UnreadableMeshError: There is no such file, or it is broken, too large or empty.
+    """
+    if mesh.path is None:
+        raise UnreadableMeshError(mesh.problem or "not found")
+    try:
+        with _quiet():
+            parts = tuple(_parts(_load(mesh), _scaling(mesh)))
+    except UnreadableMeshError:
+        raise
+    except (Exception, RecursionError) as error:  # readers raise whatever a broken file trips them over
+        raise UnreadableMeshError(f"cannot be read: {type(error).__name__}: {str(error)[:120]}") from error
+    if not parts:
+        raise UnreadableMeshError("holds no triangles that can be drawn")
+    return parts
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Readers warn about every oddity of a file; what matters ends up in the list of missing meshes."""
+    log, nothing = logging.getLogger("trimesh"), lambda _: False
+    log.addFilter(nothing)
+    try:
+        with warnings.catch_warnings(), np.errstate(all="ignore"):
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        log.removeFilter(nothing)
+
+
+def _load(mesh: Mesh) -> Any:
+    """The file as a trimesh scene, with whatever it refers to confined to the mesh's root."""
+    assert mesh.path is not None
+    if not mesh.path.is_file():
+        raise UnreadableMeshError("is no file")
+    if mesh.path.stat().st_size > MAX_BYTES:
+        raise UnreadableMeshError(f"is larger than {MAX_BYTES // 1_000_000} MB")
+    data = mesh.path.read_bytes()
+    if zipfile.is_zipfile(io.BytesIO(data)):
+        raise UnreadableMeshError("is a zip archive, which could unfold to any size")
+    resolver = ConfinedResolver(mesh.path.parent, mesh.root or mesh.path.parent)
+    kind = mesh.path.suffix.lower().lstrip(".")
+    return trimesh.load(io.BytesIO(data), file_type=kind, resolver=resolver, force="scene", process=False)
+
+
+def _scaling(mesh: Mesh) -> NDArray[np.float64]:
+    unit = 1.0
+    if mesh.path is not None and mesh.path.suffix.lower() == ".dae":
+        with mesh.path.open("rb") as file:
+            found = re.search(rb"<unit\b[^>]*\bmeter\s*=\s*[\"']([^\"']+)", file.read(100_000))
+        if found:
+            unit = float(found[1])
+    return np.array(mesh.scale) * unit
+
+
+def _parts(scene: Any, scaling: NDArray[np.float64]) -> Iterator[Part]:
+    """One part for each colour of the scene, and one for each geometry that is coloured by vertex."""
+    by_color: dict[Color | None, list[Triangles]] = {}
+    for node in scene.graph.nodes_geometry:
+        transform, name = scene.graph.get(node)
+        shape = scene.geometry[name]
+        if not isinstance(shape, trimesh.Trimesh) or len(shape.faces) == 0:
+            continue
+        color, vertex_colors = _colors(shape)
+        linear, shift = transform[:3, :3] * scaling[:, None], transform[:3, 3] * scaling
+        faces = shape.faces if np.linalg.det(linear) >= 0 else shape.faces[:, ::-1]
+        triangles = Triangles.of(shape.vertices @ linear.T + shift, faces, vertex_colors)
+        by_color.setdefault(None if vertex_colors is not None else color, [])
+        if vertex_colors is None:
+            by_color[color].append(triangles)
+        else:
+            yield from _part([triangles], None)
+    for color, pieces in by_color.items():
+        yield from _part(pieces, color)
+
+
+def _part(pieces: list[Triangles], color: Color | None) -> Iterator[Part]:
+    tidied = tidy(Triangles.joined(pieces)) if pieces else None
+    if tidied is not None and len(tidied.faces):
+        yield Part(tidied, color)
+
+
+def _colors(shape: Any) -> tuple[Color | None, NDArray[np.uint8] | None]:
+    """The colour of a geometry; when its vertices differ, theirs instead.
+
+    A file's own opacity is not believed: exporters disagree on whether 0 or 1 is opaque.
+    """
+    visual = shape.visual
+    if visual.kind == "texture":
+        image = getattr(visual.material, "image", None) or getattr(visual.material, "baseColorTexture", None)
+        if image is not None and visual.uv is not None and image.width * image.height <= MAX_PIXELS:
+            return _uniform(visual.to_color().vertex_colors, len(shape.vertices))
+        return _rgba(visual.material.main_color), None
+    if visual.kind in ("vertex", "face"):
+        return _uniform(visual.vertex_colors, len(shape.vertices))
+    return None, None
+
+
+def _uniform(colors: Any, count: int) -> tuple[Color | None, NDArray[np.uint8] | None]:
+    colors = np.asarray(colors, dtype=np.uint8)
+    if colors.ndim != 2 or len(colors) != count:
+        return None, None
+    if (colors == colors[0]).all():
+        return _rgba(colors[0]), None
+    return None, colors[:, :3]
+
+
+def _rgba(color: Any) -> Color:
+    red, green, blue = (float(channel) / 255 for channel in np.asarray(color)[:3])
+    return red, green, blue, 1.0

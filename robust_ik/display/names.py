@@ -1,0 +1,32 @@
+"""Names that files and users give, made safe for scene paths and told apart."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+
+def node_names(names: Iterable[str]) -> dict[str, str]:
+    """Scene nodes for names: safe characters only, each led by its number.
+
+    A link may be called anything; in a scene path "/" would start a new node, and the viewer keeps nodes in a
+    JavaScript object, where a name such as "constructor" is taken. The number makes the nodes unique.
+    """
+    return {
+        name: f"{index:02d}_{re.sub(r'[^A-Za-z0-9_.-]', '_', name)[:60]}"
+        for index, name in enumerate(dict.fromkeys(names))
+    }
+
+
+def distinct(labels: Iterable[str]) -> list[str]:
+    """The labels with " (2)", " (3)" … put to those that came before."""
+    used: set[str] = set()
+    result = []
+    for label in labels:
+        candidate, count = label, 1
+        while candidate in used:
+            count += 1
+            candidate = f"{label} ({count})"
+        used.add(candidate)
+        result.append(candidate)
+    return result

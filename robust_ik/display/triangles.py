@@ -1,0 +1,128 @@
+"""Triangle meshes: joined, thinned, and split where an edge is sharp. Arrays only, but for trimesh's adjacency."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Self
+
+import numpy as np
+import trimesh
+from numpy.typing import ArrayLike, NDArray
+
+MAX_FACES = 25_000
+CREASE = np.radians(35.0)
+MATCHED_EDGES = 0.995
+
+
+@dataclass(frozen=True, eq=False)
+class Triangles:
+    """Vertices, faces, and perhaps colours.
+
+    Attributes:
+        vertices: (V, 3), m.
+        faces: Indices of corners, (F, 3).
+        colors: RGB of the vertices, (V, 3), or None.
+        closed: Whether it has an inside that cannot be seen.
+    """
+
+    vertices: NDArray[np.float32]
+    faces: NDArray[np.uint32]
+    colors: NDArray[np.uint8] | None = None
+    closed: bool = False
+
+    @classmethod
+    def of(cls, vertices: ArrayLike, faces: ArrayLike, colors: NDArray[np.uint8] | None = None) -> Self:
+        """From arrays of any number type."""
+        return cls(np.asarray(vertices, np.float32), np.asarray(faces, np.uint32).reshape(-1, 3), colors)
+
+    @classmethod
+    def joined(cls, pieces: Sequence[Triangles]) -> Self:
+        """Several as one; colours only if all have them."""
+        offsets = np.cumsum([0, *(len(piece.vertices) for piece in pieces)])
+        colors = [piece.colors for piece in pieces if piece.colors is not None]
+        return cls(
+            np.concatenate([piece.vertices for piece in pieces]),
+            np.concatenate([piece.faces + np.uint32(offset) for piece, offset in zip(pieces, offsets)]),
+            np.concatenate(colors) if len(colors) == len(pieces) else None,
+        )
+
+    @property
+    def bounds(self) -> NDArray[np.float32]:
+        """Least and greatest coordinates, (2, 3)."""
+        return np.stack([self.vertices.min(axis=0), self.vertices.max(axis=0)])
+
+
+def tidy(mesh: Triangles, max_faces: int = MAX_FACES) -> Triangles:
+    """The same shape, light and ready for smooth shading: corners merged, detail limited, sharp edges split."""
+    mesh = _merged(_finite(mesh))
+    if len(mesh.faces) > max_faces:
+        mesh = _thinned(mesh, max_faces)
+    return replace(_split_at_creases(mesh), closed=_is_closed(mesh))
+
+
+def _is_closed(mesh: Triangles) -> bool:
+    """Whether next to every edge is walked in both directions, and around a positive volume."""
+    if len(mesh.faces) == 0:
+        return False
+    faces = mesh.faces.astype(np.int64)
+    ends = faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    matched = np.isin(ends[:, 0] * len(mesh.vertices) + ends[:, 1], ends[:, 1] * len(mesh.vertices) + ends[:, 0])
+    return bool(matched.mean() > MATCHED_EDGES) and signed_volume(mesh) > 0
+
+
+def signed_volume(mesh: Triangles) -> float:
+    """The volume inside, m³; negative if the faces look inwards."""
+    a, b, c = np.moveaxis(mesh.vertices.astype(float)[mesh.faces], 1, 0)
+    return float(np.einsum("fi,fi->", a, np.cross(b, c)) / 6)
+
+
+def _finite(mesh: Triangles) -> Triangles:
+    good: NDArray[np.bool_] = np.asarray(np.isfinite(mesh.vertices).all(axis=1))
+    vertices = np.where(good[:, None], mesh.vertices, np.float32(0))
+    return Triangles(vertices, mesh.faces[good[mesh.faces].all(axis=1)], mesh.colors)
+
+
+def _merged(mesh: Triangles, cell: float = 0.0) -> Triangles:
+    """Vertices at one place, or in one cell of that size, made one, and the faces that collapse dropped."""
+    if len(mesh.faces) == 0:
+        return mesh
+    used = mesh.vertices[mesh.faces.ravel()]
+    keys = np.floor(used / cell).astype(np.int32) if cell > 0 else used
+    # One opaque item for a row: sorting those is much faster than np.unique along an axis. + 0 turns −0 into 0.
+    rows = np.ascontiguousarray(keys + keys.dtype.type(0)).view(np.dtype((np.void, 3 * keys.itemsize))).ravel()
+    _, first, inverse = np.unique(rows, return_index=True, return_inverse=True)
+    faces = inverse.reshape(-1, 3).astype(np.uint32)
+    distinct = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
+    colors = None if mesh.colors is None else mesh.colors[mesh.faces.ravel()][first]
+    return Triangles(used[first], faces[distinct], colors)
+
+
+def _thinned(mesh: Triangles, max_faces: int) -> Triangles:
+    """Vertices merged in ever larger cells until there are few enough faces."""
+    size = float(np.linalg.norm(mesh.bounds[1] - mesh.bounds[0]))
+    cells = 400.0
+    while len(mesh.faces) > max_faces and cells > 10:
+        mesh = _merged(mesh, size / cells)
+        mesh = Triangles(mesh.vertices, _without_copies(mesh.faces), mesh.colors)
+        cells *= 0.8
+    return mesh
+
+
+def _without_copies(faces: NDArray[np.uint32]) -> NDArray[np.uint32]:
+    _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
+    return faces[np.sort(first)]
+
+
+def _split_at_creases(mesh: Triangles, angle: float = float(CREASE)) -> Triangles:
+    """A vertex of its own for every smooth patch that meets there, so that its normal is not smeared over an edge."""
+    if len(mesh.faces) == 0:
+        return mesh
+    shape: Any = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
+    smooth = shape.face_adjacency[shape.face_adjacency_angles < angle]
+    patch = trimesh.graph.connected_component_labels(smooth, node_count=len(mesh.faces))
+    keys = (patch[:, None].astype(np.int64) * len(mesh.vertices) + mesh.faces).ravel()
+    unique, inverse = np.unique(keys, return_inverse=True)
+    origin = unique % len(mesh.vertices)
+    colors = None if mesh.colors is None else mesh.colors[origin]
+    return Triangles(mesh.vertices[origin], inverse.reshape(-1, 3).astype(np.uint32), colors)
