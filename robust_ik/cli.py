@@ -1,0 +1,213 @@
+"""The `robust-ik` command."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
+
+from robust_ik import __version__, report
+from robust_ik.catalog import Entry, catalog
+from robust_ik.description import MOVING_TYPES
+from robust_ik.errors import InputError, RobustIKError, TipError, suggest
+from robust_ik.files import check_writable, write_file
+from robust_ik.inverses import DampedLeastSquares, JParse, MoorePenrose, RobustInverse
+from robust_ik.loading import load
+from robust_ik.robot import Robot
+from robust_ik.scenarios import Scenario, stretch
+from robust_ik.simulation import Trajectory
+from robust_ik.urdf import read_urdf
+
+METHODS: dict[str, RobustInverse] = {
+    inverse.__class__.__name__: inverse for inverse in (MoorePenrose(), DampedLeastSquares(), JParse())
+}
+
+app = typer.Typer(
+    help="Singularity-robust inverse kinematics for any robot arm.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode="rich",
+    pretty_exceptions_enable=False,
+)
+console = Console()
+errors = Console(stderr=True)
+
+RobotArgument = Annotated[
+    str,
+    typer.Argument(metavar="ROBOT", help="A name from 'robust-ik robots', a .urdf path, or a DH table (.toml)."),
+]
+TipOption = Annotated[
+    str | None,
+    typer.Option("--tip", metavar="FRAME", help="Link or joint frame to move. Default: the tool frame."),
+]
+PackageDirOption = Annotated[
+    list[Path] | None,
+    typer.Option("--package-dir", metavar="DIR", help="Where packages lie that mesh paths name. Repeatable."),
+]
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        console.print(f"robust-ik {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and stop.")
+    ] = False,
+) -> None:
+    """Singularity-robust inverse kinematics for any robot arm."""
+
+
+@app.command()
+def demo(
+    robot: RobotArgument = "xarm7",
+    tip: TipOption = None,
+    method: Annotated[
+        list[str] | None,
+        typer.Option("--method", metavar="NAME", help=f"One of {', '.join(METHODS)}. Repeatable; default all."),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="The HTML file. Default: robust-ik-demo-ROBOT.html here."),
+    ] = None,
+    package_dir: PackageDirOption = None,
+) -> None:
+    """Reach beyond the arm's reach and come back, with each method; write the animation as one HTML file."""
+    chosen = _methods(method)
+    if output is not None:
+        check_writable(output)
+    arm = load(robot, tip, package_dirs=package_dir or ())
+    with console.status("finding the reach and a good start …"):
+        scenario = stretch(arm)
+    _explain_rows(arm, scenario)
+    runs = _run(scenario, chosen)
+    console.print(report.comparison(runs))
+    path = output or Path(f"robust-ik-demo-{_file_name(arm.name)}.html")
+    with console.status("writing the animation …"):
+        _write_page(path, runs, scenario)
+    for mesh in report.missing_meshes(arm):
+        console.print(f"[yellow]not drawn:[/] {escape(mesh)}")
+    console.print(f"Open in a browser: [bold]{escape(str(path.resolve()))}[/]", soft_wrap=True)
+
+
+def _write_page(path: Path, runs: dict[str, Trajectory], scenario: Scenario) -> None:
+    from robust_ik.display import write_html  # takes a second to import: only where it is needed
+
+    robot = scenario.robot
+    write_html(
+        path,
+        runs,
+        title=f"{robot.name}: out of reach, and back",
+        text=f"The target leaves the arm's reach of {scenario.reach.distance:.3f} m by {_beyond(scenario):.0%} and "
+        "comes back. At the end of its reach the arm is singular.",
+    )
+
+
+def _methods(names: list[str] | None) -> dict[str, RobustInverse]:
+    by_lower = {name.lower(): name for name in METHODS}
+    for name in names or ():
+        if name.lower() not in by_lower:
+            raise InputError(f"there is no method {name!r}; {suggest(name, METHODS)}")
+    return {by_lower[n.lower()]: METHODS[by_lower[n.lower()]] for n in names} if names else METHODS
+
+
+def _explain_rows(arm: Robot, scenario: Scenario) -> None:
+    rows, reach = scenario.robot.rows, scenario.reach.distance
+    console.print(
+        f"[bold]{escape(arm.name)}[/]: {arm.n} joints, tip {escape(str(arm.tip))}, reach {reach:.3f} m; "
+        f"the target goes {_beyond(scenario):.0%} beyond it and back in {scenario.path.duration:.0f} s"
+    )
+    if rows != arm.rows:
+        console.print(f"{arm.n} joints cannot move it in all of {' '.join(arm.rows)}: it follows {' '.join(rows)}.")
+
+
+def _beyond(scenario: Scenario) -> float:
+    offset = scenario.path.goal - scenario.reach.center
+    return float((offset @ offset) ** 0.5 / scenario.reach.distance - 1)
+
+
+def _run(scenario: Scenario, methods: dict[str, RobustInverse]) -> dict[str, Trajectory]:
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal) as bar:
+        runs = {}
+        for name, inverse in methods.items():
+            task = bar.add_task(name, total=None)
+            runs[name] = scenario.run(inverse, partial(_show, bar, task))
+        return runs
+
+
+def _show(bar: Progress, task: TaskID, done: int, total: int) -> None:
+    if done % 50 == 0 or done == total:
+        bar.update(task, completed=done, total=total)
+
+
+@app.command()
+def robots() -> None:
+    """List the robots that can be loaded by name."""
+    console.print(report.robots((entry, *_joints_and_tip(entry)) for entry in catalog().values()))
+    console.print("Any .urdf path and any DH table (.toml) loads as well. 'robust-ik info NAME' tells more.")
+
+
+def _joints_and_tip(entry: Entry) -> tuple[str, str]:
+    """How many joints, and which tip is moved by default; what went wrong where it cannot be read."""
+    try:
+        if entry.path.suffix == ".toml":
+            robot = load(entry.path)
+            return str(robot.n), str(robot.tip)
+        description = read_urdf(entry.path)
+        moving = [joint for joint in description.joints if joint.kind in MOVING_TYPES and joint.mimic is None]
+        if not moving:
+            return "0", "(nothing moves)"
+        tip = entry.known.tip if entry.known else description.longest_leaf()
+        return str(len(description.moving_joints(tip))), tip
+    except TipError:
+        return str(len(moving)), f"{len(description.leaves)} leaves: give --tip"
+    except RobustIKError as error:
+        return "?", str(error)
+
+
+@app.command()
+def info(robot: RobotArgument, tip: TipOption = None, package_dir: PackageDirOption = None) -> None:
+    """Print the chain, limits, tips, σ and manipulability at rest, and the reach."""
+    arm = load(robot, tip, package_dirs=package_dir or ())
+    console.print(f"[bold]{escape(arm.name)}[/]")
+    console.print(report.facts(arm))
+    console.print(report.joints(arm))
+
+
+@app.command()
+def export(
+    robot: RobotArgument,
+    output: Annotated[Path, typer.Argument(metavar="FILE.urdf", help="Where to write.")],
+    force: Annotated[bool, typer.Option("--force", help="Overwrite the file if it exists.")] = False,
+) -> None:
+    """Write a robot as URDF that other tools read; a DH table becomes links, joints and simple shapes."""
+    if output.exists() and not force:
+        raise InputError(f"{str(output)!r} exists; --force overwrites it")
+    arm = load(robot, whole_tree=True)
+    write_file(output, arm.description.xml)
+    console.print(f"Wrote [bold]{escape(str(output))}[/]", soft_wrap=True)
+
+
+def _file_name(name: str) -> str:
+    return "".join(letter if letter.isalnum() or letter in "-_." else "-" for letter in name)
+
+
+def main() -> None:
+    """Runs the command; every error that is meant is one sentence on stderr and exit status 1."""
+    try:
+        app()
+    except RobustIKError as error:
+        errors.print(f"[bold red]robust-ik:[/] {escape(str(error))}", soft_wrap=True)
+        raise SystemExit(1) from None
+    except OSError as error:
+        errors.print(f"[bold red]robust-ik:[/] {escape(str(error))}", soft_wrap=True)
+        raise SystemExit(1) from None

@@ -1,0 +1,137 @@
+"""Tables for the terminal: what a robot is, what can be loaded, how runs compare. Values in, rich tables out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+from rich import box
+from rich.markup import escape
+from rich.table import Table
+
+from robust_ik.catalog import Entry
+from robust_ik.description import Mesh
+from robust_ik.linalg import condition_number, svd
+from robust_ik.reach import Reach, find_reach
+from robust_ik.robot import Robot
+from robust_ik.simulation import Trajectory
+
+
+def comparison(runs: Mapping[str, Trajectory]) -> Table:
+    """One row per method: joint speed, tracking error, smallest σ, time per step. Fits 80 columns."""
+    table = Table(
+        box=box.SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+        caption="Largest joint speed in rad/s (m/s where it slides), largest and final tracking error, "
+        "smallest singular value met, median time of a control step.",
+        caption_justify="left",
+    )
+    table.add_column("method", no_wrap=True)
+    headings = (
+        "peak\nspeed",
+        "error\n[mm]",
+        "final\n[mm]",
+        "error\n[deg]",
+        "final\n[deg]",
+        "least\nσ",
+        "step\n[µs]",
+    )
+    for heading in headings:
+        table.add_column(heading, justify="right", no_wrap=True)
+    for name, run in runs.items():
+        final = np.linalg.norm(run.final_error.reshape(2, 3), axis=-1)
+        table.add_row(
+            escape(name),
+            f"{run.largest_speed:.3g}" if run.largest_speed < 1e4 else f"{run.largest_speed:.0e}",
+            f"{1e3 * run.position_error.max():.1f}",
+            _small(1e3 * final[0]),
+            f"{np.degrees(run.rotation_error.max()):.1f}",
+            _small(np.degrees(final[1])),
+            f"{run.smallest_sigma:.0e}",
+            f"{1e6 * run.seconds_per_step:.0f}",
+        )
+    return table
+
+
+def _small(error: float) -> str:
+    return f"{error:.1f}" if error >= 0.05 else f"{error:.0e}" if error > 0 else "0"
+
+
+def robots(entries: Iterable[tuple[Entry, str, str]]) -> Table:
+    """One row per robot that can be loaded by name: entry, joints, tip."""
+    table = Table(title="Robots that load by name", title_justify="left", box=box.SIMPLE_HEAD, padding=0)
+    table.add_column("name", no_wrap=True)
+    table.add_column("joints", justify="right")
+    table.add_column("tip")
+    table.add_column("source")
+    for entry, joints, tip in entries:
+        table.add_row(escape(entry.name), joints, escape(tip), entry.source)
+    return table
+
+
+def joints(robot: Robot) -> Table:
+    """The chain: joints with type and limits."""
+    table = Table(title="Joints that move the tip" if robot.tip else "Joints", title_justify="left")
+    for heading in ("joint", "type", "lower", "upper", "speed", "unit"):
+        table.add_column(heading, justify="left" if heading in ("joint", "type", "unit") else "right")
+    for index, name in enumerate(robot.joint_names):
+        kind = robot.description.joint[name].kind
+        limits = (robot.lower[index], robot.upper[index], robot.velocity_limit[index])
+        table.add_row(
+            escape(name),
+            kind,
+            *(_limit(limit) for limit in limits),
+            "m, m/s" if kind == "prismatic" else "rad, rad/s",
+        )
+    return table
+
+
+def _limit(value: float) -> str:
+    return f"{value:.4g}" if np.isfinite(value) else "–"
+
+
+def facts(robot: Robot) -> Table:
+    """What a person checks first: tip, rows, σ and manipulability at rest, reach."""
+    table = Table.grid(padding=(0, 2))
+    table.add_column(style="bold")
+    table.add_column(overflow="fold")
+    for name, value in _facts(robot):
+        table.add_row(name, escape(value))
+    return table
+
+
+def _facts(robot: Robot) -> Iterable[tuple[str, str]]:
+    yield "source", robot.description.source
+    yield "joints", f"{robot.n} independent (nq = {robot.nq})"
+    yield "leaves", ", ".join(robot.description.leaves)
+    if robot.tip is not None:
+        yield from _tip_facts(robot, find_reach(robot))
+    missing = missing_meshes(robot)
+    meshes = len(list(_meshes(robot)))
+    yield "meshes", f"{meshes - len(missing)} of {meshes} found" + "".join(f"\n{line}" for line in missing)
+    if robot.description.notes:
+        yield "notes", "\n".join(robot.description.notes)
+
+
+def _tip_facts(robot: Robot, reach: Reach) -> Iterable[tuple[str, str]]:
+    J = robot.jacobian(robot.rest)
+    s = svd(J).s
+    condition = float(condition_number(J))
+    yield "tip", str(robot.tip)
+    yield "task rows", " ".join(robot.rows)
+    yield "rest q", "  ".join(f"{value:.4g}" for value in robot.joint_values(robot.rest))
+    yield "tip at rest", "  ".join(f"{value:.4g}" for value in robot.pose(robot.rest)[:3, 3]) + " m"
+    yield "σ at rest", "  ".join(f"{value:.3g}" for value in s)
+    yield "manipulability", f"{np.prod(s):.3g}"
+    yield "condition", f"{condition:.3g}" if np.isfinite(condition) else "infinite: the rest is singular"
+    center = ", ".join(f"{x:.3g}" for x in reach.center)
+    yield "reach", f"at least {reach.distance:.4g} m from ({center}), within the joint limits"
+
+
+def missing_meshes(robot: Robot) -> list[str]:
+    """The meshes that were not found, a line each: name and reason."""
+    return list(dict.fromkeys(f"{mesh.name}: {mesh.problem}" for mesh in _meshes(robot) if mesh.path is None))
+
+
+def _meshes(robot: Robot) -> Iterable[Mesh]:
+    return (visual.shape for visual in robot.description.visuals if isinstance(visual.shape, Mesh))

@@ -1,0 +1,163 @@
+"""The command, as its user sees it."""
+
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+import robust_ik as rik
+from robust_ik import cli, report
+from robust_ik.catalog import catalog
+from robust_ik.scenarios import stretch
+
+
+def run(capsys, *arguments, monkeypatch=None):
+    """Exit status, standard output and standard error of the command."""
+    monkeypatch.setattr(sys, "argv", ["robust-ik", *arguments])
+    monkeypatch.setattr(cli, "console", Console(width=200))
+    monkeypatch.setattr(cli, "errors", Console(stderr=True, width=200))
+    with pytest.raises(SystemExit) as stop:
+        cli.main()
+    captured = capsys.readouterr()
+    return stop.value.code, captured.out, captured.err
+
+
+@pytest.fixture
+def command(capsys, monkeypatch, tmp_path, request):
+    monkeypatch.chdir(tmp_path)
+    if request.node.originalname.startswith("test_what_cannot"):
+        (tmp_path / "file").write_text("a file")
+    return lambda *arguments: run(capsys, *arguments, monkeypatch=monkeypatch)
+
+
+def test_demo_prints_a_row_per_method_and_writes_one_file(command, tmp_path):
+    status, out, _ = command("demo", "planar_2r")
+    assert status == 0
+    for method in ("MoorePenrose", "DampedLeastSquares", "JParse"):
+        assert re.search(rf"^ +{method} +\d", out, re.MULTILINE)
+    for word in ("Largest joint speed", "final tracking error", "smallest singular value", "time of a control step"):
+        assert word in " ".join(out.split())
+    written = list(tmp_path.iterdir())
+    assert [path.name for path in written] == ["robust-ik-demo-planar_2r.html"]
+    assert str(written[0]) in out
+
+
+def test_demo_takes_methods_a_path_and_an_output(command, tmp_path):
+    path = tmp_path / "new" / "page.html"
+    urdf = str(catalog()["ur5"].path)
+    status, out, _ = command("demo", urdf, "--tip", "ee_link", "--method", "jparse", "-o", str(path))
+    assert status == 0
+    assert "JParse" in out
+    assert "MoorePenrose" not in out
+    assert path.stat().st_size > 100_000
+
+
+def test_demo_says_which_rows_a_short_arm_follows(command):
+    status, out, _ = command("demo", "so100", "--method", "JParse")
+    assert status == 0
+    assert "5 joints cannot move it in all of x y z wx wy wz: it follows x y z" in out
+
+
+def test_robots_lists_ours_and_the_examples(command):
+    status, out, _ = command("robots")
+    assert status == 0
+    for name in catalog():
+        assert f" {name} " in out
+    assert re.search(r"panda +7 +panda_hand_tcp", out)
+    assert re.search(r"duleba_3r +3 +tool", out)
+    assert re.search(r"baxter +\d+ +29 leaves: give --tip", out)
+
+
+def test_info_says_what_a_person_checks_first(command):
+    status, out, _ = command("info", "panda")
+    assert status == 0
+    for text in ("panda_joint4", "-3.072", "revolute", "panda_hand_tcp", "manipulability", "reach", "σ at rest"):
+        assert text in out
+    s = np.linalg.svd(rik.load("panda").jacobian(rik.load("panda").rest))[1]
+    assert f"{s[0]:.3g}" in out
+
+
+def test_info_says_that_a_rest_is_singular_and_that_meshes_are_missing(command, tmp_path):
+    assert "infinite: the rest is singular" in command("info", "ur5")[1]
+    out = command("info", "romeo_laas_small", "--tip", "l_gripper")[1]
+    assert "is none of .stl" in out
+
+
+def test_export_writes_a_urdf_that_loads_as_the_same_robot(command, tmp_path, rng):
+    path = tmp_path / "pa10.urdf"
+    assert command("export", "pa10", str(path))[0] == 0
+    robot, again = rik.load("pa10"), rik.load(path)
+    q = robot.random(rng, 5)
+    np.testing.assert_allclose(again.pose(q), robot.pose(q), atol=1e-12)
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_export_does_not_overwrite_unless_forced(command, tmp_path):
+    path = tmp_path / "x.urdf"
+    path.write_text("precious")
+    status, _, err = command("export", "pa10", str(path))
+    assert status == 1
+    assert "--force" in err
+    assert path.read_text() == "precious"
+    assert command("export", "pa10", str(path), "--force")[0] == 0
+
+
+@pytest.mark.parametrize(
+    "arguments, match",
+    [
+        (["demo", "nobody"], "no robot called 'nobody'"),
+        (["demo", "baxter"], "give tip="),
+        (["info", "hector"], "no joint that moves"),
+        (["demo", "panda", "--tip", "toool"], "no link or joint 'toool'"),
+        (["demo", "panda", "--method", "magic"], "no method 'magic'"),
+        (["info", "missing.urdf"], "no file"),
+        (["export", "pa10", "file/x.urdf"], "no folder, so that"),
+        (["demo", "planar_2r", "--method", "JParse", "-o", "."], "folder|directory"),
+    ],
+)
+def test_what_cannot_be_done_is_one_sentence_on_stderr_and_status_one(command, arguments, match):
+    status, out, err = command(*arguments)
+    assert status == 1
+    assert re.search(match, err)
+    assert err.startswith("robust-ik: ")
+    assert "Traceback" not in out + err
+    assert len(err.strip().splitlines()) == 1
+
+
+def test_names_from_files_are_printed_as_they_are(command, tmp_path):
+    path = tmp_path / "markup.urdf"
+    path.write_text(
+        '<robot name="[red]x[/]"><link name="[b]a"/><link name="c"/><joint name="[/]j" type="continuous">'
+        '<parent link="[b]a"/><child link="c"/><axis xyz="0 0 1"/></joint></robot>'
+    )
+    status, out, _ = command("info", str(path))
+    assert status == 0
+    assert "[red]x[/]" in out
+    assert "[/]j" in out
+
+
+def test_help_and_version_answer(command):
+    status, out, _ = command("--help")
+    assert status == 0
+    assert all(name in out for name in ("demo", "robots", "info", "export"))
+    assert rik.__version__ in command("--version")[1]
+
+
+def test_the_module_is_installed_as_a_command():
+    path = sys.executable.rsplit("/", 1)[0] + "/robust-ik"
+    done = subprocess.run([path, "--version"], capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout.strip() == f"robust-ik {rik.__version__}"
+
+
+def test_the_comparison_holds_the_numbers_of_the_runs():
+    scenario = stretch(rik.load("planar_2r"))
+    run = scenario.run(rik.JParse())
+    console = Console(width=200, record=True, file=open("/dev/null", "w"))  # noqa: SIM115, PTH123
+    console.print(report.comparison({"JParse": run}))
+    console.file.close()
+    text = console.export_text()
+    assert f"{run.largest_speed:.3g}" in text
+    assert f"{1e3 * run.position_error.max():.1f}" in text
