@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import importlib.metadata
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path, PurePosixPath
+from types import MappingProxyType
 
 from robust_ik.errors import RobotNotFoundError, suggest
 
@@ -89,12 +90,12 @@ class Entry:
 
 
 @cache
-def catalog() -> dict[str, Entry]:
+def catalog() -> Mapping[str, Entry]:
     """Every robot that can be loaded by name, ours first."""
     entries: dict[str, Entry] = {}
     for entry in (*_ours(), *_examples()):
         entries.setdefault(entry.name, entry)
-    return entries
+    return MappingProxyType(entries)
 
 
 def find(name: str) -> Entry:
@@ -106,8 +107,9 @@ def find(name: str) -> Entry:
     try:
         return catalog()[name]
     except KeyError:
+        shown = name if len(name) <= 200 else name[:200] + "…"
         raise RobotNotFoundError(
-            f"there is no robot called {name!r} and no file at that path; {suggest(name, catalog(), limit=100)}"
+            f"there is no robot called {shown!r} and no file at that path; {suggest(name, catalog(), limit=100)}"
         ) from None
 
 

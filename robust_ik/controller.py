@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robust_ik.checks import Array, as_array, checked_cap, checked_parameter, readonly
 from robust_ik.errors import InputError
 from robust_ik.inverses import RobustInverse
-from robust_ik.linalg import Array, as_array, null_projector, readonly
+from robust_ik.linalg import null_projector
 from robust_ik.problem import Resolution
 from robust_ik.robot import Robot
 from robust_ik.tasks import FrameTask
@@ -32,10 +33,12 @@ class Posture:
     max_speed: float = np.inf
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "target", readonly(as_array(self.target, "posture target", (None,))))
-        for name in ("gain", "max_speed"):
-            if not getattr(self, name) > 0:
-                raise InputError(f"posture {name} must be > 0, got {getattr(self, name)!r}")
+        target = as_array(self.target, "posture target", (None,))
+        if target.ndim != 1:
+            raise InputError(f"posture target must be one configuration, got shape {target.shape}")
+        object.__setattr__(self, "target", readonly(target))
+        checked_parameter("posture gain", self.gain, above=0)
+        checked_cap("posture max_speed", self.max_speed)
 
     def qdot(self, robot: Robot, q: ArrayLike) -> Array:
         """Wanted joint velocities, (n,)."""
@@ -56,6 +59,12 @@ class VelocityController:
     inverse: RobustInverse
     posture: Posture | None = None
 
+    def __post_init__(self) -> None:
+        if self.posture is not None and self.posture.target.size != self.robot.nq:
+            raise InputError(
+                f"posture target must have length {self.robot.nq} for {self.robot.name}, got {self.posture.target.size}"
+            )
+
     def step(self, q: ArrayLike, task: FrameTask) -> Resolution:
         """Joint velocities at q.
 
@@ -63,6 +72,8 @@ class VelocityController:
             q: Configuration, (nq,).
             task: What is wanted.
         """
+        if np.ndim(q) != 1:
+            raise InputError(f"a step takes one configuration, (nq,), got shape {np.shape(q)}")
         equation = task.equation(self.robot, q)
         qdot = self.inverse.solve(equation.J, equation.xdot)
         if self.posture is not None:

@@ -8,14 +8,17 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robust_ik.checks import Array, as_array, check_leading_axes
 from robust_ik.errors import InputError
-from robust_ik.linalg import Array, ThinSVD, as_array, svd
+from robust_ik.linalg import ThinSVD, svd
 
 
 def _checked(J: ArrayLike, hessian: ArrayLike) -> tuple[ThinSVD, Array]:
     J = as_array(J, "J", (None, None))
     m, n = J.shape[-2:]
-    return svd(J), as_array(hessian, "hessian", (m, n, n))
+    hessian = as_array(hessian, "hessian", (m, n, n))
+    check_leading_axes("J", J.shape[:-2], "hessian", hessian.shape[:-3])
+    return svd(J), hessian
 
 
 def singular_value_gradients(J: ArrayLike, hessian: ArrayLike) -> Array:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from robust_ik.errors import FrameNotFoundError, TipError, suggest
-from robust_ik.linalg import Array
+from robust_ik.checks import Array
+from robust_ik.errors import FrameNotFoundError, TipError, listed, suggest
 
 MOVING_TYPES = ("revolute", "continuous", "prismatic")
 
@@ -158,7 +158,7 @@ class Description:
         if frame in self.joint:
             return self.joint[frame].child
         raise FrameNotFoundError(
-            f"{self.name} has no link or joint {frame!r}; {suggest(frame, [*self.links, *self.joint])}"
+            f"{self.name} has no link or joint {frame!r}; {suggest(str(frame), [*self.links, *self.joint])}"
         )
 
     def chain(self, frame: str) -> tuple[Joint, ...]:
@@ -174,14 +174,27 @@ class Description:
 
     def moving_joints(self, frame: str) -> tuple[str, ...]:
         """The independent joints that move a frame, from the root on; a mimic joint stands for its source."""
-        names = [self.source_of(joint).name for joint in self.chain(frame) if joint.kind != "fixed"]
+        names = [self.driver[joint.name].source for joint in self.chain(frame) if joint.kind != "fixed"]
         return tuple(dict.fromkeys(names))
 
-    def source_of(self, joint: Joint) -> Joint:
-        """The independent joint that drives this one: itself unless it mimics."""
-        while joint.mimic is not None:
-            joint = self.joint[joint.mimic.source]
-        return joint
+    @cached_property
+    def driver(self) -> dict[str, Mimic]:
+        """For every joint the independent joint that drives it, through any chain of mimics: itself if none."""
+        drivers: dict[str, Mimic] = {}
+        for joint in self.joints:
+            waiting = []
+            while joint.name not in drivers and joint.mimic is not None:
+                waiting.append(joint)
+                joint = self.joint[joint.mimic.source]
+            drivers.setdefault(joint.name, Mimic(joint.name, 1.0, 0.0))
+            for follower in reversed(waiting):
+                mimic = follower.mimic
+                assert mimic is not None
+                base = drivers[mimic.source]
+                drivers[follower.name] = Mimic(
+                    base.source, mimic.multiplier * base.multiplier, mimic.multiplier * base.offset + mimic.offset
+                )
+        return drivers
 
     def longest_leaf(self) -> str:
         """The leaf of the one longest chain; of several that end alike, one called tool0 (ROS-Industrial's name).
@@ -200,6 +213,6 @@ class Description:
         if len(candidates) > 1:
             raise TipError(
                 f"{self.name} has {len(candidates)} chains of {longest} joints; give tip=, one of: "
-                + ", ".join(sorted(candidates))
+                + listed(sorted(candidates))
             )
         return candidates[0]

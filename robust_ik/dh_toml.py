@@ -11,12 +11,14 @@ from typing import Any
 
 import numpy as np
 
+from robust_ik.checks import Array
 from robust_ik.dh import DHJoint, DHTable, screw
 from robust_ik.dh_checks import checked_numbers, checked_rigid, shown
-from robust_ik.errors import DHError, RobotNotFoundError, suggest
-from robust_ik.linalg import Array
+from robust_ik.errors import DHError, suggest
+from robust_ik.files import read_file
 
-MAX_BYTES = 1_000_000
+MAX_BYTES, MAX_LINE = 200_000, 2_000
+"""A hundred joints take a tenth of this; the time to read dotted keys and nested tables grows with their square."""
 
 
 def read_dh(path: str | Path) -> DHTable:
@@ -27,18 +29,15 @@ def read_dh(path: str | Path) -> DHTable:
 
     Raises:
         RobotNotFoundError: There is no such file.
-        DHError: As for `table_from_toml`, or a file of over 1 MB.
+        LoadError: It cannot be read, or has over 200 kB.
+        DHError: As for `table_from_toml`.
     """
-    path = Path(path).expanduser()
-    if not path.is_file():
-        raise RobotNotFoundError(f"there is no file {str(path)!r}")
-    if path.stat().st_size > MAX_BYTES:
-        raise DHError(f"{path} has {path.stat().st_size} bytes; a DH table of over {MAX_BYTES} is refused")
+    full, data = read_file(path, MAX_BYTES)
     try:
-        text = path.read_bytes().decode("utf-8-sig")
+        text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise DHError(f"{path}: not UTF-8 text: {error.reason} at byte {error.start}") from error
-    return table_from_toml(text, source=str(path), name=path.stem)
+    return table_from_toml(text, source=str(path), name=full.stem)
 
 
 def table_from_toml(text: str, *, source: str = "DH text", name: str = "robot") -> DHTable:
@@ -103,6 +102,8 @@ _POSE_KEYS = ("xyz", "rpy", "matrix")
 def _toml(text: str) -> dict[str, Any]:
     if len(text) > MAX_BYTES:
         raise DHError(f"it has {len(text)} characters; a DH table of over {MAX_BYTES} is refused")
+    if max(map(len, text.splitlines()), default=0) > MAX_LINE:
+        raise DHError(f"it has a line of over {MAX_LINE} characters")
     try:
         return tomllib.loads(text)
     except ValueError as error:  # tomllib's own error, which says where, is one

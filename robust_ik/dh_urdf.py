@@ -11,8 +11,8 @@ import numpy as np
 from lxml import etree
 from yourdfpy import urdf
 
+from robust_ik.checks import Array
 from robust_ik.dh import DHJoint, DHTable, screw
-from robust_ik.linalg import Array
 
 UNSTATED_VELOCITY = 1000.0
 UNSTATED_EFFORT = 1000.0

@@ -17,7 +17,7 @@ Messages quote what was given and say what is possible.
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 
 class RobustIKError(Exception):
@@ -64,7 +64,12 @@ def suggest(given: str, known: Iterable[str], limit: int = 40) -> str:
         "did you mean 'tool0'? There are: base, tool0" or a part of it.
     """
     names = sorted(set(known))
-    close = difflib.get_close_matches(given, names, n=3, cutoff=0.5)
-    shown = ", ".join(names[:limit]) + (f", … ({len(names)} in all)" if len(names) > limit else "")
+    close = difflib.get_close_matches(given, names, n=3, cutoff=0.5) if len(given) < 200 else []
     question = f"did you mean {' or '.join(repr(c) for c in close)}? " if close else ""
-    return f"{question}There are: {shown or 'none'}"
+    return f"{question}There are: {listed(names, limit)}"
+
+
+def listed(names: Sequence[str], limit: int = 40) -> str:
+    """Names with commas between them, cut after `limit` with a count; "none" if there are none."""
+    rest = f", … ({len(names)} in all)" if len(names) > limit else ""
+    return ", ".join(names[:limit]) + rest or "none"

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Self
+from dataclasses import dataclass, fields
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robust_ik.checks import Array, readonly
 from robust_ik.description import Description
 from robust_ik.errors import InputError
-from robust_ik.linalg import Array, readonly
 
 Mask = NDArray[np.bool_]
 
@@ -47,12 +47,9 @@ class JointMap:
         names = [joint.name for joint in joints if joint.mimic is None]
         mixing, offsets = np.zeros((len(joints), len(names))), np.zeros(len(joints))
         for row, joint in enumerate(joints):
-            factor = 1.0
-            while joint.mimic is not None:
-                offsets[row] += factor * joint.mimic.offset
-                factor *= joint.mimic.multiplier
-                joint = description.joint[joint.mimic.source]
-            mixing[row, names.index(joint.name)] = factor
+            driver = description.driver[joint.name]
+            mixing[row, names.index(driver.source)] = driver.multiplier
+            offsets[row] = driver.offset
         kinds = [description.joint[name].kind for name in names]
         return cls(
             names=tuple(names),
@@ -62,6 +59,14 @@ class JointMap:
             offsets=readonly(offsets),
             all_continuous=readonly([joint.kind == "continuous" for joint in joints], bool),
         )
+
+    def __post_init__(self) -> None:
+        for name in ("continuous", "prismatic", "mixing", "offsets", "all_continuous"):
+            getattr(self, name).setflags(write=False)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Through the constructor, so that copies are read-only too.
+        return type(self), tuple(getattr(self, each.name) for each in fields(self))
 
     @property
     def nq(self) -> int:
@@ -81,23 +86,49 @@ class JointMap:
         """Q (..., nq) → joint values (..., n), angles of continuous joints in (−π, π]."""
         if not self.continuous.any():
             return q.copy()
-        first = np.arange(len(self.names)) + np.concatenate([[0], np.cumsum(self.continuous)[:-1]])
-        values = q[..., first]
-        turning = first[self.continuous]
+        values = q[..., self._first]
+        turning = self._first[self.continuous]
         values[..., self.continuous] = np.arctan2(q[..., turning + 1], q[..., turning])
         return values
+
+    @property
+    def _first(self) -> NDArray[np.int_]:
+        """Where each joint's entry of q stands, the cosine for a continuous one, (n,)."""
+        before: NDArray[np.int_] = np.cumsum(self.continuous) - self.continuous
+        return np.asarray(np.arange(len(self.names)) + before)
+
+    def limits(self, description: Description, model_names: list[str]) -> tuple[Array, Array, Array]:
+        """Lower, upper and speed limits of the independent joints, (n,) each, those of their followers included.
+
+        A follower's position limits that leave its source no room, as where the sign of a mimic was forgotten (the
+        PR2's grippers), are passed over.
+        """
+        joints = [description.joint[name] for name in model_names]
+        lower, upper = np.full(len(self.names), -np.inf), np.full(len(self.names), np.inf)
+        speed = np.full(len(self.names), np.inf)
+        for row, joint in sorted(enumerate(joints), key=lambda pair: pair[1].mimic is not None):
+            index = self.names.index(description.driver[joint.name].source)
+            factor, offset = self.mixing[row, index], self.offsets[row]
+            if factor == 0:
+                continue
+            ends = sorted([(joint.lower - offset) / factor, (joint.upper - offset) / factor])
+            low, high = max(lower[index], ends[0]), min(upper[index], ends[1])
+            if low < high or joint.mimic is None:
+                lower[index], upper[index] = low, high
+            speed[index] = min(speed[index], joint.velocity / abs(factor))
+        return lower, upper, speed
 
     def check(self, q: Array) -> None:
         """Refuses a q whose (cos, sin) pairs are not on the unit circle."""
         if not self.continuous.any():
             return
-        first = np.flatnonzero(self.continuous) + np.arange(int(self.continuous.sum()))
+        first = self._first[self.continuous]
         radius = np.hypot(q[..., first], q[..., first + 1])
         if (np.abs(radius - 1) > UNIT_CIRCLE_TOLERANCE).any():
             names = [name for name, turns in zip(self.names, self.continuous) if turns]
             raise InputError(
-                f"q holds (cos, sin) of the continuous joints {', '.join(names)}, which must have length 1, got "
-                f"lengths {np.round(radius, 4).tolist()}; Robot.configuration makes q from angles"
+                f"q holds (cos, sin) of the continuous joints {', '.join(names)}, which must have length 1, got a "
+                f"length of {radius.flat[np.argmax(np.abs(radius - 1))]:.4g}; Robot.configuration makes q from angles"
             )
 
     def expand(self, q: Array) -> Array:

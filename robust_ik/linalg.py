@@ -6,54 +6,15 @@ This is the only place that calls an SVD. Everything is batched over leading axe
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from robust_ik.checks import Array, as_array
 from robust_ik.errors import InputError
-
-Array = NDArray[np.float64]
 
 RANK_TOLERANCE = 64 * float(np.finfo(float).eps)
 """A singular value below this fraction of the largest one counts as zero, unless a threshold is given."""
-
-
-def as_array(value: ArrayLike, name: str, shape: tuple[int | None, ...]) -> Array:
-    """A finite float array whose trailing axes have the wanted shape.
-
-    Args:
-        value: What was given.
-        name: What to call it in the message.
-        shape: Trailing shape; None stands for any length.
-
-    Raises:
-        InputError: The value is not numeric, has another shape, or holds NaN or infinity.
-    """
-    try:
-        array = np.asarray(value, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{name} must be an array of real numbers, got {value!r}") from error
-    wanted = array.ndim >= len(shape) and all(
-        want is None or have == want for have, want in zip(array.shape[array.ndim - len(shape) :], shape)
-    )
-    if not wanted:
-        pattern = ", ".join(["...", *("any" if length is None else str(length) for length in shape)])
-        raise InputError(f"{name} must have shape ({pattern}), got {array.shape}")
-    if not np.isfinite(array).all():
-        raise InputError(f"{name} must be finite, got NaN or infinity in {_shorten(array)}")
-    return array
-
-
-def _shorten(array: Array) -> str:
-    return np.array2string(array, threshold=8, precision=4)
-
-
-def readonly(array: ArrayLike, dtype: Any = float) -> NDArray[Any]:
-    """A copy that cannot be written to."""
-    copy = np.array(array, dtype=dtype)
-    copy.setflags(write=False)
-    return copy
 
 
 SMALLEST_SIGMA = 1e-290
@@ -100,6 +61,8 @@ def svd(J: ArrayLike) -> ThinSVD:
     if 0 in J.shape[-2:]:
         raise InputError(f"J must have at least one row and one column, got shape {J.shape}")
     U, s, Vt = np.linalg.svd(J, full_matrices=False)
+    if not np.isfinite(s).all():
+        raise InputError(f"J is too large to decompose: its largest entry is {np.abs(J).max():.3g}")
     return ThinSVD(U, np.where(s < SMALLEST_SIGMA, 0.0, s), Vt)
 
 
@@ -109,7 +72,8 @@ def manipulability(J: ArrayLike) -> Array:
     The product of singular values is never NaN, unlike √det(J Jᵀ), which rounding can make imaginary.
     Source: Yoshikawa 1985; for m > n the product runs over the n singular values.
     """
-    return np.asarray(np.prod(svd(J).s, axis=-1))
+    with np.errstate(over="ignore"):
+        return np.asarray(np.prod(svd(J).s, axis=-1))
 
 
 def condition_number(J: ArrayLike) -> Array:
@@ -143,9 +107,10 @@ def lost_directions(J: ArrayLike, threshold: float | None = None) -> Array:
 def null_projector(J: ArrayLike) -> Array:
     """I − V Vᵀ, the joint motions that move the task nowhere now *and* in no singular direction, (..., n, n).
 
-    V holds all k = min(m, n) right singular vectors, those with σ = 0 included: so the projector is continuous
-    across a singularity, and for m ≥ n it is zero. I − J# J with a damped J# would leak (1 − σφ(σ)) of the
-    secondary motion into the task.
+    V holds all k = min(m, n) right singular vectors, those of small σ included, so that the rank of the projector,
+    n − k, does not change where a singularity is passed. I − J# J with a damped J# would leak (1 − σφ(σ)) of the
+    secondary motion into the task. Watch for: at σ = 0 exactly and n > m the vectors of vanishing σ are any of the
+    null space, so the projector jumps there; it still moves the task nowhere.
     """
     Vt = svd(J).Vt
     return np.asarray(np.eye(Vt.shape[-1]) - np.swapaxes(Vt, -1, -2) @ Vt)

@@ -8,10 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from robust_ik.catalog import Entry, find
+from robust_ik.catalog import Entry, catalog, find
 from robust_ik.dh_toml import read_dh
 from robust_ik.errors import InputError, LoadError
-from robust_ik.linalg import readonly
 from robust_ik.robot import Robot
 from robust_ik.rows import ROWS
 
@@ -45,23 +44,29 @@ def load(
         TipError: The tip is ambiguous (the message lists the candidates), or no joint moves it.
         FrameNotFoundError: There is no such tip (the message lists what exists).
     """
-    path = Path(robot).expanduser()
-    suffix = path.suffix.lower()
-    if suffix not in (*URDF_SUFFIXES, ".toml"):
-        if path.is_file():
-            raise LoadError(f"{str(robot)!r} is neither a .urdf nor a .toml (DH table) file")
-        return _load_known(find(str(robot)), tip, package_dirs, rows, whole_tree)
-    return _load_file(path, tip, package_dirs, rows, whole_tree)
+    name, suffix = str(robot), Path(robot).suffix.lower()
+    if suffix in (*URDF_SUFFIXES, ".toml"):
+        return _load_file(robot, tip, package_dirs, rows, whole_tree)
+    if name not in catalog() and _is_file(name):
+        raise LoadError(f"{name!r} is neither a .urdf nor a .toml (DH table) file")
+    return _load_known(find(name), tip, package_dirs, rows, whole_tree)
+
+
+def _is_file(name: str) -> bool:
+    try:
+        return Path(name).expanduser().is_file()
+    except (OSError, RuntimeError, ValueError):
+        return False
 
 
 def _load_file(
-    path: Path,
+    path: str | Path,
     tip: str | None,
     package_dirs: Sequence[str | Path],
     rows: Sequence[str] | None,
     whole_tree: bool,
 ) -> Robot:
-    if path.suffix.lower() != ".toml":
+    if Path(path).suffix.lower() != ".toml":
         return Robot.from_urdf(
             path, tip, package_dirs=package_dirs, rows=ROWS if rows is None else rows, whole_tree=whole_tree
         )
@@ -83,5 +88,5 @@ def _load_known(
     chosen = known.tip if known is not None and tip is None and not whole_tree else tip
     robot = replace(_load_file(entry.path, chosen, package_dirs, rows, whole_tree), name=entry.name)
     if known is not None and len(known.rest) == robot.n:
-        return replace(robot, rest=readonly(robot.configuration(np.array(known.rest))))
+        return replace(robot, rest=robot.configuration(np.array(known.rest)))
     return robot

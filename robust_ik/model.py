@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from robust_ik.checks import Array
 from robust_ik.description import Description
 from robust_ik.errors import InputError, UrdfError
-from robust_ik.linalg import Array
 from robust_ik.urdf import fix_joints
 
 REFERENCES = {

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robust_ik.checks import Array, as_array, checked_parameter, checked_rigid, readonly
 from robust_ik.errors import InputError
-from robust_ik.linalg import Array, as_array, readonly
 
 Path = Callable[[float], Array]
 
@@ -28,14 +28,17 @@ class Keypoints:
     seconds: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "poses", readonly(as_array(self.poses, "poses", (None, 4, 4))))
-        _check_positive("seconds", self.seconds)
+        poses = checked_rigid(self.poses, "poses")
+        if poses.ndim != 3 or len(poses) == 0:
+            raise InputError(f"poses must be a sequence of at least one pose, (k, 4, 4), got shape {poses.shape}")
+        object.__setattr__(self, "poses", readonly(poses))
+        checked_parameter("seconds", self.seconds, above=0)
 
     def __call__(self, time: float) -> Array:
         """The pose wanted at `time`; the last one from then on."""
         # A sample that rounding puts just before the switch belongs to the next keypoint.
-        index = math.floor(time / self.seconds + 1e-9)
-        return np.asarray(self.poses[min(max(index, 0), len(self.poses) - 1)])
+        index = math.floor(min(max(time / self.seconds + 1e-9, 0.0), len(self.poses) - 1.0))
+        return np.asarray(self.poses[index])
 
     @property
     def duration(self) -> float:
@@ -62,11 +65,11 @@ class OutAndBack:
     settle: float = 2.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "start", readonly(as_array(self.start, "start", (4, 4))))
+        object.__setattr__(self, "start", readonly(checked_rigid(self.start, "start")))
         object.__setattr__(self, "goal", readonly(as_array(self.goal, "goal", (3,))))
-        _check_positive("travel", self.travel)
-        _check_positive("pause", self.pause)
-        _check_positive("settle", self.settle)
+        checked_parameter("travel", self.travel, above=0)
+        checked_parameter("pause", self.pause, above=0)
+        checked_parameter("settle", self.settle, above=0)
 
     def __call__(self, time: float) -> Array:
         """The pose wanted at `time`."""
@@ -93,8 +96,3 @@ def pose(position: ArrayLike, rpy: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
     T = np.eye(4)
     T[:3, :3], T[:3, 3] = Rz @ Ry @ Rx, as_array(position, "position", (3,))
     return T
-
-
-def _check_positive(name: str, value: float) -> None:
-    if not (math.isfinite(value) and value > 0):
-        raise InputError(f"{name} must be a positive number of seconds, got {value!r}")

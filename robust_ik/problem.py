@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from robust_ik.linalg import Array
+from robust_ik.checks import Array
 
 
 @dataclass(frozen=True, eq=False)

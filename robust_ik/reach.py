@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from robust_ik.checks import Array
 from robust_ik.errors import TipError
-from robust_ik.linalg import Array
 from robust_ik.robot import Robot
 
 _SAMPLES, _STARTS, _ITERATIONS = 500, 12, 200

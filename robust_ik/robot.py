@@ -6,19 +6,19 @@ Default reference of Jacobians and Hessians: LOCAL_WORLD_ALIGNED (the tip's poin
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robust_ik.checks import Array, as_array, check_leading_axes, readonly
 from robust_ik.description import Description
 from robust_ik.dh import DHTable
 from robust_ik.dh_urdf import dh_to_urdf
-from robust_ik.errors import FrameNotFoundError, InputError, TipError, UrdfError, suggest
+from robust_ik.errors import FrameNotFoundError, InputError, TipError, UrdfError, listed, suggest
 from robust_ik.joints import JointMap
-from robust_ik.linalg import Array, as_array, readonly
 from robust_ik.model import Kinematics, build_model
 from robust_ik.rows import ROWS, checked_rows
 from robust_ik.urdf import parse_urdf, read_urdf
@@ -54,6 +54,14 @@ class Robot:
     rest: Array
     _kinematics: Kinematics = field(repr=False)
     _joints: JointMap = field(repr=False)
+
+    def __post_init__(self) -> None:
+        for name in ("lower", "upper", "velocity_limit", "rest"):
+            object.__setattr__(self, name, readonly(getattr(self, name)))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Through the constructor, so that copies are read-only too.
+        return type(self), tuple(getattr(self, each.name) for each in fields(self))
 
     def __repr__(self) -> str:
         return f"Robot({self.name!r}, n={self.n}, tip={self.tip!r}, rows={' '.join(self.rows)})"
@@ -93,10 +101,10 @@ class Robot:
         robot = cls.from_description(description, "tool", rows=table.rows)
         return replace(
             robot,
-            lower=readonly(table.lower),
-            upper=readonly(table.upper),
-            velocity_limit=readonly(table.velocity),
-            rest=robot.rest if table.rest is None else readonly(table.rest),
+            lower=table.lower,
+            upper=table.upper,
+            velocity_limit=table.velocity,
+            rest=np.clip(0.0, table.lower, table.upper) if table.rest is None else table.rest,
         )
 
     @classmethod
@@ -114,17 +122,16 @@ class Robot:
         keep = _joints_to_keep(description, None if whole_tree else tip)
         model = build_model(description, keep)
         joints = JointMap.of(description, list(model.names)[1:])
-        limits = [description.joint[name] for name in joints.names]
-        lower, upper = np.array([j.lower for j in limits]), np.array([j.upper for j in limits])
+        lower, upper, velocity = joints.limits(description, list(model.names)[1:])
         return cls(
             name=description.name,
             tip=tip,
             rows=checked_rows(rows),
             description=description,
-            lower=readonly(lower),
-            upper=readonly(upper),
-            velocity_limit=readonly([j.velocity for j in limits]),
-            rest=readonly(joints.configuration(np.clip(0.0, lower, upper))),
+            lower=lower,
+            upper=upper,
+            velocity_limit=velocity,
+            rest=joints.configuration(np.clip(0.0, lower, upper)),
             _kinematics=Kinematics(model),
             _joints=joints,
         )
@@ -176,21 +183,33 @@ class Robot:
     def random(self, rng: np.random.Generator, size: int | tuple[int, ...] = ()) -> Array:
         """Uniform random configurations inside the limits, (*size, nq).
 
-        Where no limit is stated: a full turn for a revolute joint, ±1 m for a prismatic one.
+        Where limits are not stated: a full turn for a revolute joint, 2 m for a prismatic one.
         """
-        span = np.where(self._joints.prismatic, 1.0, np.pi)
-        lower = np.where(np.isfinite(self.lower), self.lower, -span)
-        upper = np.where(np.isfinite(self.upper), self.upper, span)
-        shape = (size,) if isinstance(size, int) else tuple(size)
+        shape = size if isinstance(size, tuple) else (size,)
+        if not all(isinstance(length, (int, np.integer)) and length >= 0 for length in shape):
+            raise InputError(f"size must be a count or a tuple of counts, got {size!r}")
+        lower, upper = self._span()
         return self._joints.configuration(rng.uniform(lower, upper, (*shape, self.n)))
+
+    def _span(self) -> tuple[Array, Array]:
+        """Finite limits: where one end is not stated, a full turn or 2 m from the other; ±π or ±1 m where none is."""
+        half = np.where(self._joints.prismatic, 1.0, np.pi)
+        low, high = np.isfinite(self.lower), np.isfinite(self.upper)
+        lower = np.where(low, self.lower, np.where(high, self.upper - 2 * half, -half))
+        upper = np.where(high, self.upper, np.where(low, self.lower + 2 * half, half))
+        return lower, upper
 
     def integrate(self, q: ArrayLike, dq: ArrayLike) -> Array:
         """Q ⊕ dq on the manifold: (..., nq) and (..., n) → (..., nq), leading axes broadcast."""
-        return self._joints.integrate(self._checked(q), as_array(dq, "dq", (self.n,)))
+        q, dq = self._checked(q), as_array(dq, "dq", (self.n,))
+        check_leading_axes("q", q.shape[:-1], "dq", dq.shape[:-1])
+        return self._joints.integrate(q, dq)
 
     def difference(self, q_from: ArrayLike, q_to: ArrayLike) -> Array:
         """The dq with q_from ⊕ dq = q_to, (..., n); the short way round for continuous joints."""
-        return self._joints.difference(self._checked(q_from), self._checked(q_to))
+        q_from, q_to = self._checked(q_from), self._checked(q_to)
+        check_leading_axes("q_from", q_from.shape[:-1], "q_to", q_to.shape[:-1])
+        return self._joints.difference(q_from, q_to)
 
     def _checked(self, q: ArrayLike) -> Array:
         try:
@@ -281,11 +300,11 @@ class Robot:
         if name is None:
             raise TipError(
                 f"{self.name} was loaded whole, without a tip: name a frame; its leaves are "
-                + ", ".join(self.description.leaves)
+                + listed(self.description.leaves)
             )
         if name in self._kinematics.frames:
             return self._kinematics.frames[name]
-        raise FrameNotFoundError(f"{self.name} has no frame {name!r}; {suggest(name, self.frames)}")
+        raise FrameNotFoundError(f"{self.name} has no frame {name!r}; {suggest(str(name), self.frames)}")
 
 
 def _joints_to_keep(description: Description, tip: str | None) -> set[str]:
@@ -301,8 +320,8 @@ def _joints_to_keep(description: Description, tip: str | None) -> set[str]:
     if not moving:
         raise TipError(
             f"no joint moves {tip!r} of {description.name}; frames that move: "
-            + ", ".join(link for link in description.links if description.moving_joints(link))
+            + listed([link for link in description.links if description.moving_joints(link)])
             if tip is not None
             else f"{description.name} has no joint that moves"
         )
-    return {joint.name for joint in moving} | {description.source_of(joint).name for joint in moving}
+    return {joint.name for joint in moving} | {description.driver[joint.name].source for joint in moving}

@@ -9,10 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robust_ik.checks import Array, as_array, checked_parameter, readonly
 from robust_ik.controller import Posture, VelocityController
 from robust_ik.errors import InputError
 from robust_ik.inverses import RobustInverse
-from robust_ik.linalg import Array, as_array, readonly, svd
+from robust_ik.linalg import svd
 from robust_ik.paths import Path
 from robust_ik.robot import Robot
 from robust_ik.rows import ROWS
@@ -128,8 +129,9 @@ def simulate(
 
 
 def _number_of_steps(duration: float, dt: float) -> int:
-    if not (np.isfinite(duration) and np.isfinite(dt) and 0 < dt <= duration):
-        raise InputError(f"0 < dt ≤ duration must hold, got dt={dt!r}, duration={duration!r}")
+    dt, duration = checked_parameter("dt", dt, above=0), checked_parameter("duration", duration, above=0)
+    if dt > duration:
+        raise InputError(f"dt ≤ duration must hold, got dt={dt!r}, duration={duration!r}")
     steps = round(duration / dt)
     if steps > MAX_STEPS:
         raise InputError(f"{steps} steps are more than {MAX_STEPS}; take a larger dt")

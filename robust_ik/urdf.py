@@ -4,32 +4,28 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import yourdfpy
 from lxml import etree
 
 from robust_ik.description import (
     MOVING_TYPES,
-    Box,
-    Cylinder,
     Description,
     Joint,
-    Mesh,
     Mimic,
-    Shape,
-    Sphere,
-    Visual,
 )
-from robust_ik.errors import RobotNotFoundError, UrdfError
-from robust_ik.linalg import readonly
+from robust_ik.errors import UrdfError
+from robust_ik.files import read_file
 from robust_ik.meshpaths import MeshPaths
 from robust_ik.urdf_checks import check_tree, safe_tree
+from robust_ik.urdf_shapes import visuals
 
 MAX_BYTES = 50_000_000
+NO_LIMIT = 1e6
+"""A position limit as large as this is written for none."""
 
 
 def read_urdf(path: str | Path, package_dirs: Sequence[str | Path] = ()) -> Description:
@@ -41,15 +37,11 @@ def read_urdf(path: str | Path, package_dirs: Sequence[str | Path] = ()) -> Desc
 
     Raises:
         RobotNotFoundError: There is no such file.
-        UrdfError: The file is broken, unsafe or not supported; the message names the place.
+        LoadError: The file cannot be read.
+        UrdfError: It is broken, unsafe or not supported; the message names the place.
     """
-    path = Path(path).expanduser()
-    if not path.is_file():
-        raise RobotNotFoundError(f"there is no file {str(path)!r}")
-    if path.stat().st_size > MAX_BYTES:
-        raise UrdfError(f"{path} has {path.stat().st_size} bytes; a URDF of over {MAX_BYTES} is refused")
-    folder = Path.cwd() / path.parent
-    return parse_urdf(path.read_bytes(), source=str(path), folder=folder, package_dirs=package_dirs)
+    full, data = read_file(path, MAX_BYTES)
+    return parse_urdf(data, source=str(path), folder=full.parent, package_dirs=package_dirs)
 
 
 def parse_urdf(
@@ -73,13 +65,13 @@ def parse_urdf(
     try:
         root = safe_tree(xml)
         check_tree(root)
-        robot = _parse(root)
         notes: list[str] = []
+        _straighten(root, notes)
+        robot = _parse(root)
         moving = {joint.name for joint in robot.joints if joint.type in MOVING_TYPES}
         joints = tuple(_joint(joint, moving, notes) for joint in robot.joints)
         _check_mimics(joints)
-        paths = MeshPaths(folder, tuple(Path.cwd() / Path(given).expanduser() for given in package_dirs))
-        visuals = tuple(_visuals(robot, paths))
+        shapes = tuple(visuals(robot, MeshPaths.of(folder, package_dirs)))
     except UrdfError as error:
         raise UrdfError(f"{source}: {error}") from error
     return Description(
@@ -87,7 +79,7 @@ def parse_urdf(
         xml=etree.tostring(root, encoding="unicode"),
         links=tuple(link.name for link in robot.links),
         joints=joints,
-        visuals=visuals,
+        visuals=shapes,
         source=source,
         notes=tuple(notes),
     )
@@ -102,6 +94,34 @@ def fix_joints(xml: str, keep: set[str]) -> str:
     return str(etree.tostring(root, encoding="unicode"))
 
 
+def _straighten(root: Any, notes: list[str]) -> None:
+    """Says in full what a URDF may leave out and what the parsers below take differently."""
+    followed = {mimic.get("joint") for mimic in root.iterfind("joint/mimic")}
+    for joint in root.findall("joint"):
+        if joint.get("type") in MOVING_TYPES:
+            _write_axis(joint)
+        if joint.get("type") == "continuous" and (joint.get("name") in followed or joint.find("mimic") is not None):
+            # As (cos, sin) its number of turns would be lost on the joints that follow it.
+            joint.set("type", "revolute")
+            for limit in joint.findall("limit"):
+                joint.remove(limit)
+            etree.SubElement(joint, "limit")
+            notes.append(f"joint {joint.get('name')!r} is continuous and mimicked: taken as revolute without limits")
+        for limit in joint.findall("limit"):
+            for attribute in ("effort", "velocity"):
+                limit.set(attribute, limit.get(attribute, "0"))
+
+
+def _write_axis(joint: Any) -> None:
+    """The unit axis, x where none is written."""
+    axis = joint.find("axis")
+    if axis is None:
+        axis = etree.SubElement(joint, "axis")
+    numbers = [float(word) for word in axis.get("xyz", "1 0 0").split()]
+    length = math.hypot(*numbers)
+    axis.set("xyz", " ".join(repr(number / length) for number in numbers))
+
+
 def _parse(root: Any) -> Any:
     """Yourdfpy's reading of the checked tree."""
     try:
@@ -114,16 +134,17 @@ def _joint(joint: Any, moving: set[str], notes: list[str]) -> Joint:
     lower, upper, velocity = -math.inf, math.inf, math.inf
     limit = joint.limit
     if limit is not None:
-        if limit.velocity:
-            velocity = abs(limit.velocity)
+        velocity = limit.velocity or math.inf
         low, high = limit.lower or 0.0, limit.upper or 0.0
         if joint.type in ("revolute", "prismatic"):
             if low > high:
-                raise UrdfError(f"joint {joint.name!r} has its limits reversed: lower {low} > upper {high}")
+                stated = "" if None not in (limit.lower, limit.upper) else " (one that is not stated is 0)"
+                raise UrdfError(f"joint {joint.name!r} has its limits reversed: lower {low} > upper {high}{stated}")
             if low == high == 0:
                 notes.append(f"joint {joint.name!r} states no position limits: it is taken as unlimited")
             else:
-                lower, upper = low, high
+                lower = low if low > -NO_LIMIT else -math.inf
+                upper = high if high < NO_LIMIT else math.inf
     mimic = joint.mimic and Mimic(joint.mimic.joint, joint.mimic.multiplier, joint.mimic.offset)
     if mimic is not None and mimic.source not in moving:
         notes.append(f"joint {joint.name!r} mimics {mimic.source!r}, which is no joint that moves: it is free")
@@ -133,47 +154,14 @@ def _joint(joint: Any, moving: set[str], notes: list[str]) -> Joint:
 
 def _check_mimics(joints: tuple[Joint, ...]) -> None:
     by_name = {joint.name: joint for joint in joints}
+    done: set[str] = set()
     for joint in joints:
-        followed = [joint.name]
-        while (mimic := by_name[followed[-1]].mimic) is not None:
-            if mimic.source in followed:
-                raise UrdfError(f"joint {joint.name!r} mimics itself, through {' → '.join(followed)}")
-            followed.append(mimic.source)
-
-
-def _visuals(robot: Any, paths: MeshPaths) -> Iterator[Visual]:
-    materials = {material.name: material for material in robot.materials}
-    for link in robot.links:
-        for visual in link.visuals:
-            shape = _shape(visual.geometry, paths)
-            if shape is not None:
-                placement = np.eye(4) if visual.origin is None else visual.origin
-                yield Visual(link.name, readonly(placement), shape, _color(visual.material, materials))
-
-
-def _shape(geometry: Any, paths: MeshPaths) -> Shape | None:
-    if geometry is None:
-        return None
-    if geometry.box is not None:
-        return Box(tuple(float(side) for side in geometry.box.size))  # type: ignore[arg-type]
-    if geometry.sphere is not None:
-        return Sphere(float(geometry.sphere.radius))
-    if geometry.cylinder is not None:
-        return Cylinder(float(geometry.cylinder.radius), float(geometry.cylinder.length))
-    if geometry.mesh is not None:
-        name = geometry.mesh.filename or ""
-        found = paths.resolve(name)
-        x, y, z = np.broadcast_to(1.0 if geometry.mesh.scale is None else geometry.mesh.scale, 3).tolist()
-        return Mesh(name, found.path, (x, y, z), found.root, found.problem)
-    return None
-
-
-def _color(material: Any, materials: dict[str, Any]) -> tuple[float, float, float, float] | None:
-    if material is None:
-        return None
-    if material.color is None:
-        material = materials.get(material.name)
-    if material is None or material.color is None:
-        return None
-    red, green, blue, alpha = (float(channel) for channel in material.color.rgba)
-    return red, green, blue, alpha
+        followed: dict[str, None] = {}
+        name: str | None = joint.name
+        while name is not None and name not in done:
+            if name in followed:
+                raise UrdfError(f"joint {joint.name!r} mimics itself, through {' → '.join(list(followed)[:10])}")
+            followed[name] = None
+            mimic = by_name[name].mimic
+            name = None if mimic is None else mimic.source
+        done.update(followed)

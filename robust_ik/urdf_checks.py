@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections import Counter
 from typing import Any
 
@@ -10,8 +11,15 @@ from lxml import etree
 
 from robust_ik.description import MOVING_TYPES
 from robust_ik.errors import UrdfError
+from robust_ik.urdf_shapes import check_shapes
 
 JOINT_TYPES = (*MOVING_TYPES, "fixed", "floating", "planar")
+MAX_DEPTH = 1000
+"""Joints from the root to a leaf; the parsers below recurse."""
+LARGEST, LARGEST_LIMIT = 1e6, 1e18
+"""Metres and radians as written, far below where products overflow; limits are written as large as 1e16."""
+LEAST_AXIS = 1e-6
+_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 
 
 def safe_tree(xml: str | bytes) -> Any:
@@ -25,14 +33,26 @@ def safe_tree(xml: str | bytes) -> Any:
         remove_pis=True,
     )
     try:
-        root = etree.fromstring(xml.encode() if isinstance(xml, str) else xml, parser)
+        root = etree.fromstring(_bytes(xml), parser)
     except etree.XMLSyntaxError as error:
         raise UrdfError(f"not well-formed XML: {error.msg}") from error
     if root.getroottree().docinfo.internalDTD is not None:
         raise UrdfError("it has a DOCTYPE, which could define entities; a URDF needs none: remove it")
+    if root.tag != "robot" and etree.QName(root).localname == "robot":
+        raise UrdfError("it has a default XML namespace (xmlns=…); a URDF has none: remove it")
     if root.tag != "robot":
         raise UrdfError(f"the root element is <{etree.QName(root).localname}>, not <robot>")
     return root
+
+
+def _bytes(xml: str | bytes) -> bytes:
+    """Text as UTF-8 bytes; what it declares of its encoding is no longer so and dropped."""
+    if isinstance(xml, bytes):
+        return xml
+    try:
+        return re.sub(r"^\s*<\?xml[^>]*\?>", "", xml).encode()
+    except UnicodeEncodeError as error:
+        raise UrdfError(f"not text: {error.reason} at character {error.start}") from error
 
 
 def check_tree(root: Any) -> None:
@@ -47,23 +67,25 @@ def check_tree(root: Any) -> None:
         twice = [name for name, count in Counter(names).items() if count > 1]
         if twice:
             raise UrdfError(f"two {kind}s are called {twice[0]!r}")
-    for joint in joints:
-        _check_joint(joint, set(links))
-    _check_is_tree(links, joints)
     for tag, attributes in _NUMBERS.items():
         for element in root.iter(tag):
             for attribute, count in attributes.items():
                 _check_numbers(element, attribute, count)
+    known = set(links)
+    for joint in joints:
+        _check_joint(joint, known)
+    _check_is_tree(links, joints)
+    check_shapes(root)
 
 
 _NUMBERS: dict[str, dict[str, int]] = {
     "origin": {"xyz": 3, "rpy": 3},
     "axis": {"xyz": 3},
+    "dynamics": {"damping": 1, "friction": 1},
+    "mass": {"value": 1},
+    "inertia": {"ixx": 1, "ixy": 1, "ixz": 1, "iyy": 1, "iyz": 1, "izz": 1},
     "limit": {"lower": 1, "upper": 1, "velocity": 1, "effort": 1},
     "mimic": {"multiplier": 1, "offset": 1},
-    "box": {"size": 3},
-    "cylinder": {"radius": 1, "length": 1},
-    "sphere": {"radius": 1},
     "color": {"rgba": 4},
 }
 
@@ -78,14 +100,13 @@ def _check_numbers(element: Any, attribute: str, count: int) -> None:
     text = element.get(attribute)
     if text is None:
         return
-    try:
-        numbers = [float(word) for word in text.split()]
-    except ValueError:
-        numbers = []
-    if len(numbers) != count or not all(math.isfinite(number) for number in numbers):
+    words = text.split()
+    numbers = [float(word) if _NUMBER.fullmatch(word) else math.nan for word in words]
+    largest = LARGEST_LIMIT if element.tag == "limit" else LARGEST
+    if len(numbers) != count or not all(abs(number) <= largest for number in numbers):
         raise UrdfError(
             f"line {element.sourceline}: <{element.tag} {attribute}={text!r}> must hold {count} finite "
-            f"number{'s' if count > 1 else ''} (in {_place(element)})"
+            f"number{'s' if count > 1 else ''} of at most {largest:g} (in {_place(element)})"
         )
 
 
@@ -108,11 +129,19 @@ def _check_joint(joint: Any, links: set[str]) -> None:
             f"joint {name!r} is {kind} but has no <limit>; add <limit lower= upper= velocity= effort=>"
             + (", or make it continuous" if kind == "revolute" else "")
         )
-    axis = joint.find("axis")
-    if kind in (*MOVING_TYPES, "planar") and axis is not None:
-        _check_numbers(axis, "xyz", 3)
-        if not any(float(word) for word in axis.get("xyz", "1 0 0").split()):
+    if (mimic := joint.find("mimic")) is not None and not mimic.get("joint"):
+        raise UrdfError(f"joint {name!r} has a <mimic> that names no joint")
+    if float(_attribute(joint, "limit", "velocity", "0")) < 0:
+        raise UrdfError(f"joint {name!r} has a negative speed limit")
+    if kind in (*MOVING_TYPES, "planar"):
+        length = math.hypot(*(float(word) for word in _attribute(joint, "axis", "xyz", "1 0 0").split()))
+        if length < LEAST_AXIS:
             raise UrdfError(f"joint {name!r} has a zero axis")
+
+
+def _attribute(joint: Any, tag: str, attribute: str, default: str) -> str:
+    element = joint.find(tag)
+    return default if element is None else str(element.get(attribute, default))
 
 
 def _check_is_tree(links: list[str], joints: list[Any]) -> None:
@@ -126,15 +155,18 @@ def _check_is_tree(links: list[str], joints: list[Any]) -> None:
     if len(roots) != 1:
         found = ", ".join(roots) if roots else "none: the joints form a loop"
         raise UrdfError(f"exactly one link must have no parent joint, found {found}")
-    reached = {roots[0]}
     below: dict[str, list[str]] = {}
     for child, parent in above.items():
         below.setdefault(parent, []).append(child)
+    depth = {roots[0]: 0}
     stack = [roots[0]]
     while stack:
-        for child in below.get(stack.pop(), ()):
-            reached.add(child)
+        link = stack.pop()
+        for child in below.get(link, ()):
+            depth[child] = depth[link] + 1
             stack.append(child)
-    lost = [link for link in links if link not in reached]
+    lost = [link for link in links if link not in depth]
     if lost:
         raise UrdfError(f"the joints form a loop through {', '.join(lost[:5])}")
+    if max(depth.values()) > MAX_DEPTH:
+        raise UrdfError(f"it is {max(depth.values())} joints deep; more than {MAX_DEPTH} are refused")

@@ -244,3 +244,63 @@ def test_an_unknown_reference_is_refused():
 def test_unknown_rows_are_refused(rows):
     with pytest.raises(rik.InputError, match="x y z wx wy wz"):
         rik.load("panda").with_rows(rows)
+
+
+@pytest.mark.parametrize("size", [-1, 1.5, "3", (2, -1)])
+def test_a_size_that_is_no_count_is_refused(size, rng):
+    with pytest.raises(rik.InputError, match="count"):
+        rik.load("panda").random(rng, size)
+    assert rik.load("panda").random(rng, np.int64(3)).shape == (3, 7)
+
+
+def test_leading_axes_that_do_not_fit_are_refused(rng):
+    robot = rik.load("panda")
+    q = robot.random(rng, 3)
+    for refused in (
+        lambda: robot.integrate(q, np.zeros((2, 7))),
+        lambda: robot.difference(q, robot.random(rng, 2)),
+        lambda: rik.JParse().solve(robot.jacobian(q), np.zeros((2, 6))),
+        lambda: rik.pose_error(robot.pose(q), np.stack([np.eye(4)] * 2)),
+        lambda: rik.manipulability_gradient(robot.jacobian(q), np.zeros((2, 6, 7, 7))),
+    ):
+        with pytest.raises(rik.InputError, match="do not broadcast"):
+            refused()
+
+
+def test_one_sided_limits_leave_a_full_turn(rng):
+    table = rik.DHTable(
+        [rik.DHJoint(a=1, d=0, alpha=0, lower=5.0), rik.DHJoint(a=1, d=0, alpha=0, upper=-4)], "standard"
+    )
+    robot = rik.Robot.from_dh(table)
+    values = robot.random(rng, 1000)
+    assert_allclose(values.min(axis=0), [5, -4 - 2 * np.pi], atol=0.1)
+    assert_allclose(values.max(axis=0), [5 + 2 * np.pi, -4], atol=0.1)
+
+
+def test_a_dh_robot_has_the_limits_of_its_table_not_those_its_urdf_had_to_state():
+    robot = rik.load("pa10")
+    assert (robot.lower == -np.inf).all()
+    assert (robot.upper == np.inf).all()
+    assert (robot.velocity_limit == np.inf).all()
+
+
+@pytest.mark.parametrize(
+    "change", [np.asarray, np.asfortranarray, lambda q: q.tolist(), lambda q: q.astype(np.float32)]
+)
+def test_any_array_of_numbers_will_do(change, rng):
+    robot = rik.load("panda")
+    q = robot.random(rng, 3).astype(np.float32).astype(float)
+    q.setflags(write=False)
+    assert_allclose(robot.jacobian(change(q)), robot.jacobian(q), atol=1e-12)
+
+
+@pytest.mark.parametrize("bad", [np.zeros(7) * 1j, ["0"] * 7, np.zeros(7, "M8[s]"), np.ma.masked_array(np.zeros(7))])
+def test_what_is_no_real_number_is_refused(bad):
+    with pytest.raises(rik.InputError, match="real numbers"):
+        rik.load("panda").pose(bad)
+
+
+def test_copies_stay_read_only(robot):
+    again = pickle.loads(pickle.dumps(robot))
+    for array in (again.lower, again.rest, again._joints.mixing):
+        assert not array.flags.writeable

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from numpy.testing import assert_allclose
 
-from robust_ik import InputError, linalg
+from robust_ik import InputError, checks, linalg
 
 SHAPES = [(1, 1), (1, 5), (2, 2), (3, 3), (3, 7), (6, 6), (6, 7), (6, 2), (4, 1)]
 
@@ -106,8 +106,21 @@ def test_lost_directions_takes_one_matrix():
 
 def test_readonly_copies_and_locks():
     given_array = np.zeros(3)
-    locked = linalg.readonly(given_array)
+    locked = checks.readonly(given_array)
     given_array[0] = 1
     assert locked[0] == 0
     with pytest.raises(ValueError, match="read-only"):
         locked[0] = 1
+
+
+def test_thresholds_are_absolute(rng):
+    J = matrix([1, 0.1, 0.01], 3, 4, rng)
+    assert [int(linalg.svd(J).corank(t)) for t in (0.001, 0.05, 0.5, 2)] == [0, 1, 2, 3]
+    assert linalg.lost_directions(J, 0.05).shape == (3, 1)
+    assert_allclose(np.linalg.norm(linalg.lost_directions(J, 0.05).T @ J), 0.01)
+
+
+def test_what_overflows_is_refused_or_infinite():
+    with pytest.raises(InputError, match="too large to decompose"):
+        linalg.svd(np.full((3, 3), 1e308))
+    assert linalg.manipulability(1e100 * np.eye(6)) == np.inf

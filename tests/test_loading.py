@@ -10,6 +10,7 @@ from robust_ik.errors import suggest
 from robust_ik.reach import find_reach
 from robust_ik.scenarios import stretch
 from robust_ik.scenarios.stretch import BEYOND
+from robust_ik.urdf import parse_urdf
 
 OURS = {
     "duleba_3r", "planar_2r", "planar_3r", "pa10", "almarkhi_4dof", "puma560", "puma560_corke", "srs_7r", "srs_10r",
@@ -172,3 +173,61 @@ def test_in_the_demo_the_pseudo_inverse_explodes_and_jparse_meets_the_singularit
 )
 def test_the_demo_uses_the_rows_the_arm_can_move(name, rows):
     assert " ".join(stretch(rik.load(name)).robot.rows) == rows
+
+
+@pytest.mark.parametrize(
+    "name, tip",
+    [("panda", "panda_hand_tcp"), ("xarm7", "link_eef"), ("ur5", "tool0"), ("kinova", "j2s6s200_end_effector"),
+     ("z1", "link06"), ("so100", "gripper"), ("so101", "gripper_frame_link"), ("tiago", "arm_tool_link")],
+)  # fmt: skip
+def test_the_documented_tips_are_these(name, tip):
+    assert rik.load(name).tip == tip
+
+
+def test_a_file_of_a_robots_name_does_not_hide_the_robot(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "panda").write_text("hello")
+    assert rik.load("panda").n == 7
+
+
+@pytest.mark.parametrize("name", ["x" * 5000, "~nobody_of_that_name/x", "a\0b"])
+def test_a_name_that_cannot_be_is_refused(name):
+    with pytest.raises(rik.LoadError, match="no robot called"):
+        rik.load(name)
+
+
+def test_the_catalogue_cannot_be_changed():
+    with pytest.raises(TypeError):
+        catalog.catalog()["x"] = None
+
+
+def gantry(lower="", upper=""):
+    limit = f'<limit {lower} {upper} velocity="1" effort="1"/>'
+    joints = [
+        f'<joint name="{axis}" type="prismatic"><parent link="l{i}"/><child link="l{i + 1}"/>'
+        f'<axis xyz="{" ".join(str(int(i == k)) for k in range(3))}"/>{limit}</joint>'
+        for i, axis in enumerate("xyz")
+    ]
+    links = [f'<link name="l{i}"/>' for i in range(4)]
+    return f'<robot name="gantry">{"".join(links + joints)}</robot>'
+
+
+def test_the_reach_does_not_follow_slides_without_end():
+    robot = rik.Robot.from_description(parse_urdf(gantry()))
+    assert find_reach(robot).distance < np.sqrt(3)
+    bounded = rik.Robot.from_description(parse_urdf(gantry('lower="-2"', 'upper="3"')))
+    assert_allclose(find_reach(bounded).distance, 3 * np.sqrt(3), atol=1e-6)
+
+
+def test_a_tip_that_its_joints_leave_in_place_is_refused():
+    table = rik.DHTable([rik.DHJoint(a=0, d=0, alpha=1.0), rik.DHJoint(a=0, d=0, alpha=0)], "standard")
+    with pytest.raises(rik.TipError, match="leave the tip 'tool' where it is"):
+        stretch(rik.Robot.from_dh(table))
+
+
+def test_the_demos_pull_is_capped():
+    scenario = stretch(rik.load("panda"))
+    run = scenario.run(rik.JParse())
+    J, rows = scenario.robot.jacobian(run.q), slice(0, 3)
+    given_speed = np.linalg.norm((J @ run.qdot[..., None])[:, rows, 0], axis=-1)
+    assert given_speed.max() <= 5 * 0.3 * scenario.reach.distance * 1.001

@@ -112,6 +112,17 @@ def test_a_near_target_is_reached_and_the_record_is_consistent(name, rng):
         run.q[0, 0] = 1
 
 
+def test_errors_are_norms_and_the_final_one_is_against_the_last_target():
+    robot = rik.load("planar_3r").with_rows(("x", "z", "wy"))
+    path = rik.OutAndBack(robot.pose(robot.rest), (0.9, 0, 0.1), travel=1.0, pause=0.1, settle=0.1)
+    run = rik.simulate(robot, rik.JParse(), path, robot.rest, duration=0.5, dt=0.1, gain=1)
+    assert_allclose(run.rotation_error, np.linalg.norm(run.error[:, 3:], axis=-1))
+    assert_allclose(run.position_error, np.linalg.norm(run.error[:, :3], axis=-1))
+    expected = rik.pose_error(robot.pose(run.final_q), path(0.5))
+    assert_allclose(run.final_error[[0, 2, 4]], expected[[0, 2, 4]])
+    assert run.seconds_per_step < 0.1
+
+
 def test_rows_that_the_task_does_not_have_report_no_error():
     robot = rik.load("planar_2r")
     run = rik.simulate(robot, rik.JParse(), lambda t: pose((1, 1, 7)), [0.1, 1.0], duration=2, dt=0.01, gain=10)
@@ -151,13 +162,18 @@ def test_the_damped_loop_chatters_just_above_the_predicted_step_and_not_below():
         ({"q0": np.zeros(3)}, r"q0 must have shape \(\.\.\., 2\)"),
         ({"q0": np.zeros((2, 2))}, "one configuration"),
         ({"q0": [np.nan, 0]}, "finite"),
-        ({"dt": 0.0}, "0 < dt"),
-        ({"dt": -1.0}, "0 < dt"),
-        ({"dt": 2.0}, "0 < dt"),
-        ({"duration": np.inf}, "0 < dt"),
+        ({"dt": 0.0}, "dt must be > 0"),
+        ({"dt": -1.0}, "dt must be > 0"),
+        ({"dt": 2.0}, "dt ≤ duration"),
+        ({"duration": np.inf}, "duration must be > 0"),
         ({"duration": 1e9}, "larger dt"),
         ({"gain": -1}, "gain must be > 0"),
         ({"path": lambda t: np.eye(3)}, "target must have shape"),
+        ({"path": lambda t: np.eye(4) if t < 0.99 else np.zeros((4, 4))}, "must be rigid"),
+        ({"dt": None}, "dt must be > 0, got None"),
+        ({"gain": "3"}, "gain must be > 0, got '3'"),
+        ({"gain": np.inf}, "gain must be > 0"),
+        ({"posture": rik.Posture(np.zeros(3))}, "length 2 for planar_2r, got 3"),
     ],
 )
 def test_what_cannot_be_meant_is_refused(change, match):
@@ -185,9 +201,15 @@ def test_out_and_back_leaves_and_returns_at_rest():
     assert_allclose(x[-100:], 1, atol=1e-12)
 
 
+@pytest.mark.parametrize("poses", [np.zeros((0, 4, 4)), np.eye(4), np.ones((2, 4, 4)), np.diag([1.0, 1, -1, 1])[None]])
+def test_keypoints_are_at_least_one_rigid_pose(poses):
+    with pytest.raises(rik.InputError, match="at least one pose|must be rigid"):
+        rik.Keypoints(poses, 1.0)
+
+
 @pytest.mark.parametrize("seconds", [0, -1, np.nan, np.inf])
 def test_a_duration_that_is_no_positive_number_is_refused(seconds):
-    with pytest.raises(rik.InputError, match="positive number of seconds"):
+    with pytest.raises(rik.InputError, match="must be > 0"):
         rik.Keypoints(np.eye(4)[None], seconds)
-    with pytest.raises(rik.InputError, match="positive number of seconds"):
+    with pytest.raises(rik.InputError, match="must be > 0"):
         rik.OutAndBack(np.eye(4), (1, 0, 0), travel=seconds)

@@ -245,7 +245,7 @@ def test_a_huge_file_is_refused_before_it_is_read(tmp_path):
     path = tmp_path / "huge.urdf"
     with path.open("wb") as file:
         file.truncate(MAX_BYTES + 1)
-    with pytest.raises(rik.UrdfError, match="refused"):
+    with pytest.raises(rik.LoadError, match="refused"):
         read_urdf(path)
 
 
@@ -284,7 +284,7 @@ def mesh(package: Path, filename: str, package_dirs=()) -> Mesh:
 @pytest.mark.parametrize(
     "filename",
     ["package://arm/meshes/a.stl", "package:///arm/meshes/a.stl", "../meshes/a.stl", "model://arm/meshes/a.stl",
-     "package://arm/urdf/../meshes/a.stl"],
+     "package://arm/urdf/../meshes/a.stl", "package://arm//meshes/a.stl"],
 )  # fmt: skip
 def test_meshes_of_the_own_package_are_found(package, filename):
     found = mesh(package, filename)
@@ -325,16 +325,39 @@ def test_a_mesh_path_that_climbs_out_of_its_package_is_refused(package, filename
         mesh(package, filename)
 
 
-def test_a_link_that_leads_out_of_the_package_is_refused(package):
+def test_a_link_that_leads_out_of_the_package_is_not_followed_unless_its_folder_is_allowed(package):
     (package / "ws/arm/meshes/l.stl").symlink_to(package / "elsewhere/secret.stl")
-    with pytest.raises(rik.UrdfError, match="climbs out"):
-        mesh(package, "package://arm/meshes/l.stl")
+    (package / "ws/arm/meshes/loop.stl").symlink_to("loop.stl")
+    found = mesh(package, "package://arm/meshes/l.stl")
+    assert found.path is None
+    assert "leads out" in found.problem
+    assert mesh(package, "package://arm/meshes/l.stl", [package / "elsewhere"]).path is not None
+    assert mesh(package, "package://arm/meshes/loop.stl").path is None
+
+
+def test_paths_with_dots_and_relative_package_dirs_mean_what_they_say(package, monkeypatch):
+    mesh(package, "../meshes/a.stl")
+    monkeypatch.chdir(package / "ws/arm/urdf")
+    assert read_urdf("../urdf/arm.urdf").visuals[0].shape.path == package / "ws/arm/meshes/a.stl"
+    mesh(package, "package://other/meshes/b.stl")
+    (package / "ws/other/package.xml").unlink()
+    assert read_urdf("arm.urdf").visuals[0].shape.path is None
+    assert read_urdf("arm.urdf", ["../.."]).visuals[0].shape.path is not None
+
+
+def test_a_relative_path_may_lead_into_a_folder_that_was_allowed(package):
+    name = "../../../elsewhere/secret.stl"
+    assert mesh(package, name, [package / "elsewhere"]).path == package / "elsewhere/secret.stl"
+
+
+def test_a_mesh_name_that_no_file_can_have_is_reported(package):
+    assert mesh(package, "x" * 5000 + ".stl").path is None
 
 
 @pytest.mark.parametrize(
     "filename, problem",
     [
-        ("package://arm/meshes/none.stl", "not in .*arm"),
+        ("package://arm/meshes/none.stl", "not found at .*arm"),
         ("package://nobody/none.stl", "no folder of package 'nobody'"),
         ("file:///etc/x.stl", "outside the robot's folders"),
         ("/etc/x.stl", "outside the robot's folders"),
@@ -354,3 +377,136 @@ def test_a_package_name_does_not_open_folders_of_the_system(package):
     assert mesh(package, "package://etc/x.stl").path is None
     (package / "elsewhere" / "x.stl").write_text("solid")
     assert mesh(package, "package://elsewhere/x.stl").path is None
+
+
+# ------------------------------------------------------------------------------------- found by attacking the reader
+def chain_text(count, inside=lambda i: "", kind="fixed"):
+    joints = [joint(f"j{i}", kind, f"l{i}", f"l{i + 1}", inside(i)) for i in range(count)]
+    return urdf(*joints, links=[f"l{i}" for i in range(count + 1)])
+
+
+def test_a_urdf_too_deep_for_the_parsers_below_is_refused():
+    with pytest.raises(rik.UrdfError, match="4000 joints deep; more than 1000 are refused"):
+        parse_urdf(chain_text(4000))
+
+
+def test_long_chains_of_mimics_and_wide_trees_are_read_in_no_time():
+    mimics = chain_text(900, lambda i: LIMIT + (f'<mimic joint="j{i - 1}"/>' if i else ""), "revolute")
+    description = parse_urdf(mimics)
+    assert description.driver["j899"].source == "j0"
+    wide = [joint(f"j{i}", "fixed", "root", f"l{i}", "") for i in range(7000)]
+    parse_urdf(urdf(*wide, links=["root", *(f"l{i}" for i in range(7000))]))
+
+
+def test_more_moving_joints_than_memory_can_hold_are_refused():
+    with pytest.raises(rik.UrdfError, match="201 joints that move; more than 200"):
+        rik.Robot.from_description(parse_urdf(chain_text(201, lambda i: LIMIT, "revolute")))
+
+
+@pytest.mark.parametrize("axis", ["", "<axis/>"])
+def test_an_axis_that_is_not_written_is_x(axis):
+    text = urdf(joint().replace('<axis xyz="0 0 1"/>', axis), TWO[1])
+    robot = rik.Robot.from_description(parse_urdf(text))
+    assert_allclose(robot.jacobian([0, 0])[3:, 0], [1, 0, 0])
+
+
+@pytest.mark.parametrize("axis", ["0 0 1e5", "0 0 1e-5"])
+def test_an_axis_of_any_length_is_a_direction(axis):
+    robot = rik.Robot.from_description(parse_urdf(urdf(joint(axis=axis), TWO[1])))
+    assert_allclose(robot.jacobian([0, 0])[3:, 0], [0, 0, 1])
+
+
+@pytest.mark.parametrize("follower", ["continuous", "revolute", "prismatic"])
+def test_what_follows_a_continuous_joint_does_not_jump_at_half_a_turn(follower):
+    mimic = '<mimic joint="j1" multiplier="0.5"/>'
+    inside = mimic if follower == "continuous" else LIMIT + mimic
+    text = urdf(joint(kind="continuous", inside=""), joint("j2", follower, "b", "c", inside))
+    description = parse_urdf(text)
+    assert any("j1" in note for note in description.notes)
+    robot = rik.Robot.from_description(description)
+    ahead, behind = robot.configuration([3.2]), robot.configuration([3.1])
+    twist = rik.pose_error(robot.pose(behind), robot.pose(ahead))
+    assert np.abs(twist).max() < 0.2
+
+
+def test_the_limits_of_followers_bind_their_source():
+    follower = joint("j2", parent="b", child="c", inside=LIMIT + '<mimic joint="j1" multiplier="-10" offset="1"/>')
+    robot = rik.Robot.from_description(parse_urdf(urdf(joint(), follower)))
+    # −1 ≤ 1 − 10 q ≤ 2 and |10 q̇| ≤ 3
+    assert_allclose([robot.lower[0], robot.upper[0], robot.velocity_limit[0]], [-0.1, 0.2, 0.3])
+
+
+def test_limits_without_effort_or_velocity_build():
+    robot = rik.Robot.from_description(parse_urdf(urdf(joint(inside='<limit lower="-1" upper="1"/>'), TWO[1])))
+    assert robot.velocity_limit[0] == np.inf
+    assert robot.lower[0] == -1
+
+
+def test_limits_as_large_as_nobody_means_are_none():
+    inside = '<limit lower="-1e16" upper="1e16" velocity="1" effort="1"/>'
+    robot = rik.Robot.from_description(parse_urdf(urdf(joint(inside=inside), TWO[1])))
+    assert robot.upper[0] == np.inf
+
+
+def test_a_link_frame_is_meant_where_a_joint_has_the_same_name():
+    # Joint "c" sits at link b's end, link "c" behind a fixed offset: the two frames differ.
+    text = urdf(joint("b"), joint("x", parent="b", child="d"), joint("c", "fixed", "d", "c", ""), links="abcd")
+    robot = rik.Robot.from_description(parse_urdf(text), "c")
+    assert_allclose(robot.pose([0, 0])[:3, 3], [3, 0, 0])
+    assert_allclose(robot.pose([0, 0], "d")[:3, 3], [2, 0, 0])
+
+
+MORE_BROKEN = {
+    "huge number": (urdf(joint().replace("1 0 0", "1e308 0 0"), TWO[1]), "at most 1e\\+06"),
+    "underscore": (urdf(joint(inside='<limit lower="-1_0" upper="1"/>'), TWO[1]), "1 finite number "),
+    "negative speed": (urdf(joint(inside='<limit lower="-1" upper="1" velocity="-1"/>'), TWO[1]), "negative speed"),
+    "bad damping": (urdf(joint(inside=LIMIT + '<dynamics damping="much"/>'), TWO[1]), "dynamics damping='much'"),
+    "mimic of no name": (urdf(joint(inside=LIMIT + "<mimic/>"), TWO[1]), "<mimic> that names no joint"),
+    "half a limit": (urdf(joint(inside='<limit lower="0.5"/>'), TWO[1]), "upper 0.0 .one that is not stated is 0"),
+    "namespace": (urdf(*TWO).replace("<robot", "<robot xmlns='http://x'"), "default XML namespace"),
+    "surrogate": (urdf(*TWO).replace('"r"', '"\ud800"'), "not text"),
+}
+
+
+@pytest.mark.parametrize("case", MORE_BROKEN)
+def test_more_that_is_broken_is_refused_in_one_sentence(case):
+    text, match = MORE_BROKEN[case]
+    with pytest.raises(rik.UrdfError, match=match):
+        parse_urdf(text)
+
+
+SHAPES = {
+    "<box size='1 2'/>": "needs size with 3 numbers",
+    "<box/>": "needs size with 3 numbers",
+    "<sphere radius='-1'/>": "radius with 1 number",
+    "<cylinder radius='1'/>": "length with 1 number",
+    "<cylinder radius='nan' length='1'/>": "radius with 1 number",
+    "<mesh filename='x.stl' scale='2 2'/>": "scale of 1 or 3 numbers",
+    "<mesh filename='x.stl' scale='nan inf 1'/>": "scale of 1 or 3 numbers",
+}
+
+
+@pytest.mark.parametrize("part", ["visual", "collision"])
+@pytest.mark.parametrize("shape", SHAPES)
+def test_a_shape_that_cannot_be_is_refused(shape, part):
+    text = f"<robot name='r'><link name='a'><{part}><geometry>{shape}</geometry></{part}></link></robot>"
+    with pytest.raises(rik.UrdfError, match=SHAPES[shape]):
+        parse_urdf(text)
+
+
+@pytest.mark.parametrize("shape", ["", "<capsule radius='1' length='2'/>"])
+def test_a_shape_that_urdf_does_not_have_is_left_out(shape):
+    text = f"<robot name='r'><link name='a'><visual><geometry>{shape}</geometry></visual></link></robot>"
+    assert parse_urdf(text).visuals == ()
+
+
+def test_text_is_read_as_it_is_whatever_encoding_it_declares():
+    text = '<?xml version="1.0" encoding="ISO-8859-1"?>' + urdf(joint("é"), TWO[1])
+    assert parse_urdf(text).joints[0].name == "é"
+    assert parse_urdf(text.encode("latin-1")).joints[0].name == "é"
+
+
+def test_files_that_cannot_be_read_are_refused(tmp_path):
+    for path in ("x" * 5000 + ".urdf", "~nobody_of_that_name/x.urdf", tmp_path):
+        with pytest.raises(rik.LoadError):
+            read_urdf(path)

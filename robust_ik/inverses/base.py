@@ -7,15 +7,14 @@ To add one: 1. write its file here, 2. export it in `inverses/__init__.py`, 3. a
 from __future__ import annotations
 
 import abc
-import math
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.errors import InputError
-from robust_ik.linalg import Array, as_array, svd
+from robust_ik.checks import Array, as_array, check_leading_axes
+from robust_ik.linalg import svd
 
 
 class RobustInverse(abc.ABC):
@@ -86,6 +85,7 @@ class SingularValueFilter(RobustInverse):
         """Joint velocities V diag(φ(σ)) Uᵀ ẋ; see `RobustInverse.solve`."""
         decomposition = svd(J)
         xdot = as_array(xdot, "xdot", (decomposition.U.shape[-2],))
+        check_leading_axes("J", decomposition.s.shape[:-1], "xdot", xdot.shape[:-1])
         components = np.einsum("...mk,...m->...k", decomposition.U, xdot)
         return np.asarray(np.einsum("...kn,...k->...n", decomposition.Vt, self.gains(decomposition.s) * components))
 
@@ -94,33 +94,3 @@ class SingularValueFilter(RobustInverse):
         decomposition = svd(J)
         scaled = decomposition.U * self.gains(decomposition.s)[..., None, :]
         return np.asarray(np.swapaxes(scaled @ decomposition.Vt, -1, -2))
-
-
-def checked_parameter(
-    name: str, value: float, *, above: float = -math.inf, below: float = math.inf, least: float = -math.inf
-) -> float:
-    """A finite parameter within its range.
-
-    Args:
-        name: What to call it in the message.
-        value: What was given.
-        above: It must be greater than this.
-        below: It must be less than this.
-        least: It must be at least this.
-
-    Raises:
-        InputError: It is no finite number or out of range; the message says the range.
-    """
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        number = math.nan
-    if not (math.isfinite(number) and above < number < below and number >= least):
-        conditions = [
-            f"> {above:g}" if above > -math.inf else "",
-            f"≥ {least:g}" if least > -math.inf else "",
-            f"< {below:g}" if below < math.inf else "",
-        ]
-        wanted = " and ".join(condition for condition in conditions if condition) or "finite"
-        raise InputError(f"{name} must be {wanted}, got {value!r}")
-    return number

@@ -8,8 +8,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.inverses.base import SingularValueFilter, checked_parameter
-from robust_ik.linalg import Array
+from robust_ik.checks import Array, checked_parameter
+from robust_ik.inverses.base import SingularValueFilter
 
 
 @dataclass(frozen=True)

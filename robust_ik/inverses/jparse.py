@@ -8,8 +8,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.inverses.base import Jump, SingularValueFilter, checked_parameter
-from robust_ik.linalg import Array
+from robust_ik.checks import Array, checked_parameter
+from robust_ik.inverses.base import Jump, SingularValueFilter
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class JParse(SingularValueFilter):
 
     def jumps(self, sigma_max: float) -> tuple[Jump, ...]:
         """|p − 1|/(γσ₁) at the threshold; none for p = 1."""
-        if self.gain == 1:
+        if self.gain == 1 or sigma_max <= 0:
             return ()
         threshold = self.gamma * sigma_max
         return (Jump(threshold, abs(self.gain - 1) / threshold),)

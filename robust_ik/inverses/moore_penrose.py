@@ -8,8 +8,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.inverses.base import Jump, SingularValueFilter, checked_parameter
-from robust_ik.linalg import RANK_TOLERANCE, Array
+from robust_ik.checks import Array, checked_parameter
+from robust_ik.inverses.base import Jump, SingularValueFilter
+from robust_ik.linalg import RANK_TOLERANCE
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from robust_ik.checks import Array
 from robust_ik.errors import TipError
 from robust_ik.inverses import RobustInverse
-from robust_ik.linalg import RANK_TOLERANCE, Array, lost_directions, svd
+from robust_ik.linalg import RANK_TOLERANCE, lost_directions, svd
 from robust_ik.paths import OutAndBack
 from robust_ik.reach import Reach, find_reach
 from robust_ik.robot import Robot
@@ -18,6 +19,7 @@ from robust_ik.simulation import Trajectory, simulate
 
 BEYOND = 1.1
 PULL = 0.3
+LEAST_REACH = 1e-9
 ROUNDING = 1e-3
 _SAMPLES = 400
 _WELL_CONDITIONED = 0.02
@@ -73,6 +75,8 @@ def stretch(robot: Robot, *, travel: float = 5.0, pause: float = 1.0, settle: fl
     rng = np.random.default_rng(0)
     robot = robot.with_rows(feasible_rows(robot, rng))
     reach = find_reach(robot, rng)
+    if reach.distance < LEAST_REACH:
+        raise TipError(f"the joints of {robot.name} leave the tip {robot.tip!r} where it is: choose another tip")
     q0 = _start(robot, reach, rng)
     start = robot.pose(q0)
     goal = reach.center + BEYOND * reach.distance * _outwards(robot, q0, start[:3, 3] - reach.center)

@@ -8,13 +8,19 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robust_ik.checks import (
+    Array,
+    as_array,
+    check_leading_axes,
+    checked_cap,
+    checked_parameter,
+    checked_rigid,
+    readonly,
+)
 from robust_ik.errors import InputError
-from robust_ik.linalg import Array, as_array, readonly
 from robust_ik.problem import TaskEquation
 from robust_ik.robot import Robot
 from robust_ik.rows import ROWS
-
-RIGID_TOLERANCE = 1e-6
 
 
 def pose_error(T_world_tool: ArrayLike, T_world_target: ArrayLike) -> Array:
@@ -30,8 +36,13 @@ def pose_error(T_world_tool: ArrayLike, T_world_target: ArrayLike) -> Array:
 
     Source: J-PARSE, section VI (with a logarithm that is safe near π).
     """
-    current = as_array(T_world_tool, "T_world_tool", (4, 4))
-    target = as_array(T_world_target, "T_world_target", (4, 4))
+    current = checked_rigid(T_world_tool, "T_world_tool")
+    target = checked_rigid(T_world_target, "T_world_target")
+    check_leading_axes("T_world_tool", current.shape[:-2], "T_world_target", target.shape[:-2])
+    return _pose_error(current, target)
+
+
+def _pose_error(current: Array, target: Array) -> Array:
     position = target[..., :3, 3] - current[..., :3, 3]
     turn = target[..., :3, :3] @ np.swapaxes(current[..., :3, :3], -1, -2)
     rotation = rotation_vector(turn)
@@ -90,24 +101,30 @@ class FrameTask:
     frame: str | None = None
 
     def __post_init__(self) -> None:
-        target = as_array(self.target, "target", (4, 4))
-        R = target[..., :3, :3]
-        if target.ndim != 2 or np.abs(R @ R.T - np.eye(3)).max() > RIGID_TOLERANCE or np.linalg.det(R) < 0:
-            raise InputError(f"target must be one rigid transform, (4, 4), got {np.round(target, 4).tolist()}")
-        for name in ("gain", "max_linear", "max_angular"):
-            if not getattr(self, name) > 0:
-                raise InputError(f"{name} must be > 0, got {getattr(self, name)!r}")
+        target = checked_rigid(self.target, "target")
+        if target.ndim != 2:
+            raise InputError(f"target must be one pose, (4, 4), got shape {target.shape}")
+        checked_parameter("gain", self.gain, above=0)
+        checked_cap("max_linear", self.max_linear)
+        checked_cap("max_angular", self.max_angular)
         object.__setattr__(self, "target", readonly(target))
-        object.__setattr__(self, "feedforward", readonly(as_array(self.feedforward, "feedforward", (6,))))
+        object.__setattr__(self, "feedforward", _one_twist(self.feedforward))
 
     def equation(self, robot: Robot, q: ArrayLike) -> TaskEquation:
         """J q̇ = ẋ at q, in the robot's task rows, reference LOCAL_WORLD_ALIGNED."""
         rows = [ROWS.index(row) for row in robot.rows]
         error = np.zeros(6)
-        error[rows] = pose_error(robot.pose(q, self.frame), self.target)[rows]
+        error[rows] = _pose_error(robot.pose(q, self.frame), self.target)[rows]
         capped = np.concatenate([_capped(error[:3], self.max_linear), _capped(error[3:], self.max_angular)])
         xdot = self.feedforward + self.gain * capped
         return TaskEquation(robot.jacobian(q, self.frame), xdot[rows], error[rows])
+
+
+def _one_twist(value: ArrayLike) -> Array:
+    twist = as_array(value, "feedforward", (6,))
+    if twist.ndim != 1:
+        raise InputError(f"feedforward must be one twist, (6,), got shape {twist.shape}")
+    return readonly(twist)
 
 
 def _capped(vector: Array, longest: float) -> Array:

@@ -1,0 +1,67 @@
+"""The README says what is so."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+import robust_ik as rik
+from robust_ik import inverses
+from robust_ik.scenarios import stretch
+
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def test_the_readme_is_short():
+    assert len(README.splitlines()) < 150
+
+
+def test_the_twelve_lines_run_as_printed(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    code = re.search(r"```python\n(.*?)```", README, re.DOTALL).group(1)
+    exec(compile(code, "README.md", "exec"), {})
+    assert (tmp_path / "panda.html").stat().st_size > 1_000_000
+    assert re.fullmatch(r"peak \d\.\d\d rad/s, least σ \d\.\de-\d\d\n", capsys.readouterr().out)
+
+
+def test_every_public_inverse_is_in_the_table_and_the_table_names_nothing_else():
+    rows = set(re.findall(r"^\| `(\w+)` \|.*\|.*\|.*\|.*\|.*\|$", README, re.MULTILINE))
+    abstract = {"RobustInverse", "SingularValueFilter"}
+    public = {name for name in inverses.__all__ if issubclass(getattr(inverses, name), rik.RobustInverse)}
+    assert rows == public - abstract
+
+
+def test_the_table_of_the_demo_is_what_the_demo_measures():
+    scenario = stretch(rik.load("xarm7"))
+    for name in ("DampedLeastSquares", "JParse", "MoorePenrose"):
+        row = re.search(rf"^\| `{name}` \| ([^|]+) \| ([^|]+) \| ([^|]+) \|$", README, re.MULTILINE)
+        speed, error, final = row.groups()
+        run = scenario.run(getattr(rik, name)())
+        if speed.startswith("over"):
+            assert run.largest_speed > float(speed.split()[1])
+            assert 1e3 * run.position_error.max() > float(error.split()[1])
+        else:
+            assert run.largest_speed == pytest.approx(float(speed), rel=2e-3)
+            assert 1e3 * run.position_error.max() == pytest.approx(float(error), rel=1e-3)
+        assert 1e3 * max(abs(run.final_error[:3])) == pytest.approx(float(final), abs=0.05)
+
+
+def test_commands_of_the_readme_are_targets_and_subcommands():
+    makefile = (ROOT / "Makefile").read_text()
+    for target in re.findall(r"^make (\w+)|`make (\w+)`", README, re.MULTILINE):
+        assert f"\n{''.join(target)}:" in makefile
+    cli = (ROOT / "robust_ik" / "cli.py").read_text()
+    for command in re.findall(r"^robust-ik (\w+)", README, re.MULTILINE):
+        assert f"def {command}(" in cli
+
+
+def test_files_that_the_readme_names_exist():
+    for name in re.findall(r"`((?:robust_ik|tests|robots|docs)/[\w./]*)`|\]\((docs/\w+\.png)\)", README):
+        assert (ROOT / "".join(name)).exists(), name
+
+
+def test_everything_public_is_exported_and_documented():
+    assert sorted(rik.__all__, key=str) == sorted(set(rik.__all__))
+    for name in rik.__all__:
+        assert getattr(rik, name).__doc__ or name == "__version__"
