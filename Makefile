@@ -20,6 +20,7 @@ check: $(VENV)/.ready
 	$(VENV)/bin/lint-imports
 
 wheel: $(VENV)/.ready
+	rm -rf dist
 	$(PY) -m build --wheel
 
 clean:
