@@ -74,8 +74,8 @@ class VelocityController:
         """
         if np.ndim(q) != 1:
             raise InputError(f"a step takes one configuration, (nq,), got shape {np.shape(q)}")
-        equation = task.equation(self.robot, q)
-        qdot = self.inverse.solve(equation.J, equation.xdot)
+        equation = task.equation(self.robot, q, hessian=self.inverse.needs_hessian)
+        qdot = self.inverse.velocity(equation)
         if self.posture is not None:
             qdot = qdot + null_projector(equation.J) @ self.posture.qdot(self.robot, q)
         return Resolution(qdot=qdot, residual=equation.xdot - equation.J @ qdot)

@@ -15,11 +15,13 @@ class TaskEquation:
         J: Task Jacobian, (m, n).
         xdot: Wanted task velocity, (m,).
         error: Target minus current in the units of the task, (m,).
+        hessian: ∂J/∂q, (m, n, n), where somebody asked for it.
     """
 
     J: Array
     xdot: Array
     error: Array
+    hessian: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)

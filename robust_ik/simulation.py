@@ -112,7 +112,7 @@ def simulate(
     if q.ndim != 1:
         raise InputError(f"q0 must be one configuration, got shape {q.shape}")
     steps = _number_of_steps(duration, dt)
-    controller = VelocityController(robot, inverse, posture)
+    controller = VelocityController(robot, inverse.begin(dt), posture)
     rows = [ROWS.index(row) for row in robot.rows]
     record = _Record(steps, robot)
     for i in range(steps):

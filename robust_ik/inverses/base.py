@@ -1,7 +1,10 @@
 """What every robust inverse is and what it promises.
 
-To add one: 1. write its file here, 2. export it in `inverses/__init__.py`, 3. add a row to the contract table in
-`tests/test_inverses_contract.py`.
+To add one:
+
+1. write its file here: a frozen dataclass, derived from `SingularValueFilter` if it only rewrites singular values;
+2. export it in `inverses/__init__.py`;
+3. add a row to the contract table, `CASES` in `tests/test_inverses_contract.py`.
 """
 
 from __future__ import annotations
@@ -15,12 +18,19 @@ from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, as_array, check_leading_axes
 from robust_ik.linalg import svd
+from robust_ik.problem import TaskEquation
 
 
 class RobustInverse(abc.ABC):
-    """A way from a wanted task velocity to joint velocities that stays sane near singularities."""
+    """A way from a wanted task velocity to joint velocities that stays sane near singularities.
+
+    Attributes:
+        source: Author, year and equation numbers.
+        needs_hessian: Whether `velocity` reads the equation's Hessian.
+    """
 
     source: ClassVar[str]
+    needs_hessian: ClassVar[bool] = False
 
     @abc.abstractmethod
     def solve(self, J: ArrayLike, xdot: ArrayLike) -> Array:
@@ -36,6 +46,27 @@ class RobustInverse(abc.ABC):
         Raises:
             InputError: Shapes do not fit, or something is NaN or infinite.
         """
+
+    def velocity(self, equation: TaskEquation) -> Array:
+        """Joint velocities for a task: what a controller calls.
+
+        An inverse that looks at more than J and ẋ, such as the task error or the Hessian, overrides it; then `solve`
+        says what it assumes in their place.
+
+        Args:
+            equation: J q̇ = ẋ, with the task error and, where `needs_hessian`, the Hessian.
+
+        Returns:
+            q̇, (n,).
+        """
+        return self.solve(equation.J, equation.xdot)
+
+    def begin(self, dt: float) -> RobustInverse:  # noqa: ARG002
+        """What drives one run of control steps dt seconds apart: itself, or for an inverse with a memory a new one.
+
+        The memory is in what this returns, never in the inverse, which stays a value.
+        """
+        return self
 
 
 @dataclass(frozen=True)

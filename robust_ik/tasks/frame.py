@@ -110,14 +110,15 @@ class FrameTask:
         object.__setattr__(self, "target", readonly(target))
         object.__setattr__(self, "feedforward", _one_twist(self.feedforward))
 
-    def equation(self, robot: Robot, q: ArrayLike) -> TaskEquation:
-        """J q̇ = ẋ at q, in the robot's task rows, reference LOCAL_WORLD_ALIGNED."""
+    def equation(self, robot: Robot, q: ArrayLike, *, hessian: bool = False) -> TaskEquation:
+        """J q̇ = ẋ at q, in the robot's task rows, reference LOCAL_WORLD_ALIGNED; with the Hessian if asked for."""
         rows = [ROWS.index(row) for row in robot.rows]
         error = np.zeros(6)
         error[rows] = _pose_error(robot.pose(q, self.frame), self.target)[rows]
         capped = np.concatenate([_capped(error[:3], self.max_linear), _capped(error[3:], self.max_angular)])
         xdot = self.feedforward + self.gain * capped
-        return TaskEquation(robot.jacobian(q, self.frame), xdot[rows], error[rows])
+        H = robot.hessian(q, self.frame) if hessian else None
+        return TaskEquation(robot.jacobian(q, self.frame), xdot[rows], error[rows], H)
 
 
 def _one_twist(value: ArrayLike) -> Array:
