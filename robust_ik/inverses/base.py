@@ -21,15 +21,36 @@ from robust_ik.linalg import svd
 from robust_ik.problem import TaskEquation
 
 
+@dataclass(frozen=True)
+class Card:
+    """What an inverse promises, in words and symbols, for tables. Its tests check the numbers behind it.
+
+    Attributes:
+        formula: φ(σ), or what is solved.
+        largest_gain: Least upper bound of ‖q̇‖/‖ẋ‖.
+        gain_at_zero: φ(0⁺), or what happens along a direction that is lost.
+        exact: Where J q̇ = ẋ.
+        continuity: "continuous", or where it jumps.
+    """
+
+    formula: str
+    largest_gain: str
+    gain_at_zero: str
+    exact: str
+    continuity: str
+
+
 class RobustInverse(abc.ABC):
     """A way from a wanted task velocity to joint velocities that stays sane near singularities.
 
     Attributes:
         source: Author, year and equation numbers.
+        card: What it promises, for tables.
         needs_hessian: Whether `velocity` reads the equation's Hessian.
     """
 
     source: ClassVar[str]
+    card: ClassVar[Card]
     needs_hessian: ClassVar[bool] = False
 
     @abc.abstractmethod

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, checked_parameter
-from robust_ik.inverses.base import SingularValueFilter
+from robust_ik.inverses.base import Card, SingularValueFilter
 
 
 @dataclass(frozen=True)
@@ -25,6 +25,13 @@ class DampedLeastSquares(SingularValueFilter):
     """
 
     source: ClassVar[str] = "Nakamura-Hanafusa 1986, Wampler 1986"
+    card: ClassVar[Card] = Card(
+        formula="σ/(σ² + λ²)",
+        largest_gain="1/(2λ)",
+        gain_at_zero="0",
+        exact="nowhere",
+        continuity="continuous",
+    )
     damping: float = 0.05
 
     def __post_init__(self) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, checked_parameter
-from robust_ik.inverses.base import Jump, SingularValueFilter
+from robust_ik.inverses.base import Card, Jump, SingularValueFilter
 
 
 @dataclass(frozen=True)
@@ -30,6 +30,13 @@ class JParse(SingularValueFilter):
     """
 
     source: ClassVar[str] = "J-PARSE 2025, eq. (19)-(31)"
+    card: ClassVar[Card] = Card(
+        formula="1/σ where σ > γσ₁, else p σ/(γσ₁)²",
+        largest_gain="max(1, p)/(γσ₁)",
+        gain_at_zero="0",
+        exact="σ > γσ₁",
+        continuity="continuous for p = 1, else jumps at γσ₁",
+    )
     gamma: float = 0.1
     gain: float = 1.0
 

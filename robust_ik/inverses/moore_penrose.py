@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, checked_parameter
-from robust_ik.inverses.base import Jump, SingularValueFilter
+from robust_ik.inverses.base import Card, Jump, SingularValueFilter
 from robust_ik.linalg import RANK_TOLERANCE
 
 
@@ -26,6 +26,13 @@ class MoorePenrose(SingularValueFilter):
     """
 
     source: ClassVar[str] = "Whitney 1969"
+    card: ClassVar[Card] = Card(
+        formula="1/σ; 0 where σ ≤ tolerance·σ₁",
+        largest_gain="1/(tolerance·σ₁)",
+        gain_at_zero="0",
+        exact="σ > tolerance·σ₁",
+        continuity="jumps at tolerance·σ₁",
+    )
     tolerance: float = RANK_TOLERANCE
 
     def __post_init__(self) -> None:
