@@ -4,12 +4,13 @@ To add one:
 
 1. write its file here: a frozen dataclass, derived from `SingularValueFilter` if it only rewrites singular values;
 2. export it in `inverses/__init__.py`;
-3. add a row to the contract table, `CASES` in `tests/test_inverses_contract.py`.
+3. add a row to the contract table: `CASES` in `tests/cases_filters.py`, or `OTHER_CASES` in `tests/cases_others.py`.
 """
 
 from __future__ import annotations
 
 import abc
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -46,12 +47,15 @@ class RobustInverse(abc.ABC):
     Attributes:
         source: Author, year and equation numbers.
         card: What it promises, for tables.
-        needs_hessian: Whether `velocity` reads the equation's Hessian.
     """
 
     source: ClassVar[str]
     card: ClassVar[Card]
-    needs_hessian: ClassVar[bool] = False
+
+    @property
+    def needs_hessian(self) -> bool:
+        """Whether `velocity` reads the equation's Hessian."""
+        return False
 
     @abc.abstractmethod
     def solve(self, J: ArrayLike, xdot: ArrayLike) -> Array:
@@ -67,6 +71,10 @@ class RobustInverse(abc.ABC):
         Raises:
             InputError: Shapes do not fit, or something is NaN or infinite.
         """
+
+    def largest_gain(self, sigma_max: float) -> float:  # noqa: ARG002
+        """‖q̇‖ ≤ largest_gain · ‖ẋ‖ for every J with σ₁ = sigma_max; infinite where no bound is promised."""
+        return math.inf
 
     def velocity(self, equation: TaskEquation) -> Array:
         """Joint velocities for a task: what a controller calls.
@@ -92,46 +100,57 @@ class RobustInverse(abc.ABC):
 
 @dataclass(frozen=True)
 class Jump:
-    """A place where φ is discontinuous, relative to σ₁ = sigma_max of the call that asked.
+    """A place where the gain along one direction is discontinuous, while its singular value alone changes.
+
+    Where a singular value vanishes and comes back, its pair (u, v) comes back as (u, −v): the signed gain passes from
+    −φ(0⁺) to φ(0⁺). So φ(0⁺) ≠ 0 is a jump at σ = 0, and a filter is continuous there only with φ(0⁺) = 0.
 
     Attributes:
-        sigma: Where; at σ = 0 the jump is seen when a signed singular value passes through zero.
-        height: |φ(σ⁺) − φ(σ⁻)|, possibly infinite.
+        sigma: Where.
+        height: |φ(σ⁺) − φ(σ⁻)|, and 2|φ(0⁺)| at σ = 0; possibly infinite.
     """
 
     sigma: float
     height: float
 
 
+LARGE_SIGMA = 1e100
+"""A σ₁ above every absolute threshold: what `continuous` asks with."""
+
+
 class SingularValueFilter(RobustInverse):
-    """An inverse that only rewrites singular values: J# = V diag(φ(σ)) Uᵀ."""
+    """An inverse that only rewrites singular values: J# = V diag(φ) Uᵀ.
+
+    Mostly φᵢ = φ(σᵢ), but φᵢ may depend on the whole spectrum, such as on the smallest singular value or on the product
+    of all. A singular value that is exactly zero gets φ = 0: the sign of its (u, v) is arbitrary, and so would be the
+    motion. So a zero Jacobian gives zero velocity.
+    """
 
     @abc.abstractmethod
     def gains(self, s: ArrayLike) -> Array:
-        """φ(σ) for singular values (..., k) in descending order; the first one is σ₁, always given."""
+        """φ for a whole spectrum: singular values (..., k) in descending order, k ≥ 1, the first one being σ₁."""
 
     @abc.abstractmethod
     def largest_gain(self, sigma_max: float) -> float:
-        """The least upper bound of φ over 0 ≤ σ ≤ sigma_max = σ₁: ‖q̇‖ ≤ largest_gain · ‖ẋ‖."""
+        """The least upper bound of |φ| over all spectra with σ₁ = sigma_max: ‖q̇‖ ≤ largest_gain · ‖ẋ‖."""
 
     @abc.abstractmethod
     def is_exact(self, s: ArrayLike) -> np.ndarray:
-        """Where σφ(σ) = 1, so that the task is met along that direction, (..., k) of bool."""
+        """Where σφ = 1, so that the task is met along that direction, for a whole spectrum; (..., k) of bool."""
 
-    def jumps(self, sigma_max: float) -> tuple[Jump, ...]:  # noqa: ARG002
-        """Every discontinuity of φ for σ₁ = sigma_max; empty for a continuous inverse."""
-        return ()
+    def gain_at_zero(self, sigma_max: float) -> float:  # noqa: ARG002
+        """φ(0⁺): the speed per task speed commanded along one direction that is almost lost, the others being σ₁."""
+        return 0.0
+
+    def jumps(self, sigma_max: float) -> tuple[Jump, ...]:
+        """Every discontinuity while one singular value runs over [0, sigma_max], the others staying at sigma_max."""
+        height = 2 * abs(self.gain_at_zero(sigma_max))
+        return (Jump(0.0, height),) if height else ()
 
     @property
     def continuous(self) -> bool:
-        """Whether q̇ is a continuous function of J everywhere, rank loss included."""
-        return not self.jumps(1.0)
-
-    def gain_at_zero(self, sigma_max: float) -> float:
-        """φ(0⁺): the speed per task speed commanded along a direction that is almost lost."""
-        if sigma_max <= 0:
-            return 0.0
-        return float(self.gains(np.array([sigma_max, 1e-150 * sigma_max]))[1])
+        """Whether q̇ is a continuous function of J, rank loss included; at J = 0 unless thresholds are relative."""
+        return not self.jumps(LARGE_SIGMA)
 
     def solve(self, J: ArrayLike, xdot: ArrayLike) -> Array:
         """Joint velocities V diag(φ(σ)) Uᵀ ẋ; see `RobustInverse.solve`."""

@@ -1,0 +1,108 @@
+"""Nakamura and Hanafusa: damped least squares whose damping grows as the manipulability vanishes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robust_ik.checks import Array, checked_parameter
+from robust_ik.inverses.base import LARGE_SIGMA, Card, SingularValueFilter
+from robust_ik.inverses.pieces import damped_gain, falling_zero
+
+
+@dataclass(frozen=True)
+class NakamuraHanafusa(SingularValueFilter):
+    """φᵢ = σᵢ/(σᵢ² + λ²(w)) with λ = λ₀ (1 − w/w₀)² below the manipulability w₀ and 0 above, w = Π σ.
+
+    Watch for: w mixes all directions and their units. The damping can set in while every σ is healthy, and stay off
+    at a small σ that the others make up for: then φ is as large as σ₁^(k−1)/w₀, for k singular values.
+
+    Attributes:
+        damping: λ₀ > 0 in the units of σ.
+        manipulability_threshold: w₀ > 0, in the units of Π σ.
+        squared: Whether λ is squared in the matrix, as everywhere here. False: k₀ (1 − w/w₀)² with k₀ = λ₀ is added
+            as it is, as in the original and in J-PARSE's planar example; at w = 0, k₀ stands for λ₀².
+
+    Source: Nakamura and Hanafusa 1986.
+    """
+
+    source: ClassVar[str] = "Nakamura-Hanafusa 1986"
+    card: ClassVar[Card] = Card(
+        formula="σ/(σ² + λ²(w)), λ = λ₀(1 − w/w₀)² below w₀, w = Π σ",
+        largest_gain="grows with σ₁ and k: at least σ₁^(k−1)/w₀ for σ₁^k ≥ w₀",
+        gain_at_zero="0",
+        exact="all directions where w ≥ w₀",
+        continuity="continuous",
+    )
+    damping: float = 0.1
+    manipulability_threshold: float = 0.02
+    squared: bool = True
+
+    def __post_init__(self) -> None:
+        checked_parameter("damping", self.damping, above=0)
+        checked_parameter("manipulability_threshold", self.manipulability_threshold, above=0)
+
+    def squared_damping(self, s: ArrayLike) -> Array:
+        """What is added to σ², for a whole spectrum (..., k): shape (...)."""
+        return np.asarray(self._added(np.minimum(self._manipulability(s) / self.manipulability_threshold, 1.0)))
+
+    def _added(self, ratio: Array) -> Array:
+        damping = self.damping * (1 - ratio) ** 2
+        return damping**2 if self.squared else damping
+
+    def _manipulability(self, s: ArrayLike) -> Array:
+        s = np.asarray(s, dtype=float)
+        with np.errstate(over="ignore", invalid="ignore"):  # beyond any threshold; 0 · ∞ is overruled below
+            return np.where(s[..., -1] > 0, np.prod(s, axis=-1), 0.0)
+
+    def gains(self, s: ArrayLike) -> Array:
+        """σ/(σ² + λ²(w))."""
+        return damped_gain(s, self.squared_damping(s)[..., None])
+
+    def largest_gain(self, sigma_max: float, count: int | None = None) -> float:
+        """The least upper bound over the spectra with that many singular values.
+
+        For σ₁ > 1 it grows with their number without bound, since so does w at any σ.
+
+        Args:
+            sigma_max: σ₁.
+            count: k = min(m, n); None stands for any.
+        """
+        if count is not None:
+            checked_parameter("count", count, least=1)
+        if sigma_max <= 0:
+            return 0.0
+        if count == 1:
+            return float(self.gains([sigma_max])[0])
+        if count is not None:
+            return self._largest_of_several(sigma_max, count)
+        if sigma_max > 1:
+            return math.inf
+        return max(self.largest_gain(sigma_max, 1), self._largest_of_several(sigma_max, 2))
+
+    def _largest_of_several(self, sigma_max: float, count: int) -> float:
+        """The largest φ(σ) where all others are σ₁: they make w, and so φ, as large as can be at that σ."""
+        with np.errstate(over="ignore"):
+            undamped = float(self.manipulability_threshold * np.float64(sigma_max) ** (1 - count))
+        if undamped == 0:
+            return math.inf
+        undamped = min(undamped, LARGE_SIGMA)
+        candidates = [undamped * self._peak(undamped), undamped, sigma_max]
+        others = [sigma_max] * (count - 1)
+        return max(float(self.gains([*others, sigma])[-1]) for sigma in candidates if sigma <= sigma_max)
+
+    def _peak(self, undamped: float) -> float:
+        """The maximum in (0, 1) of x/(a² x² + k(x)), where x is w/w₀ and a the σ from which it is undamped."""
+        if not self.squared:
+            return 1 / math.sqrt(1 + undamped**2 / self.damping)
+        weight = (undamped / self.damping) ** 2
+        return falling_zero(lambda x: (1 - x) ** 3 * (1 + 3 * x) - weight * x**2, 0.0, 1.0)
+
+    def is_exact(self, s: ArrayLike) -> np.ndarray:
+        """Everywhere at once: where w ≥ w₀."""
+        exact = self._manipulability(s) >= self.manipulability_threshold
+        return np.array(np.broadcast_to(exact[..., None], np.shape(s)))

@@ -1,0 +1,62 @@
+"""Pieces that several filters share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robust_ik.checks import Array, checked_parameter
+from robust_ik.errors import InputError
+
+
+def damped_gain(s: ArrayLike, squared_damping: ArrayLike) -> Array:
+    """σ/(σ² + λ²), and 0 at σ = 0; exactly 1/σ where λ² = 0.
+
+    Args:
+        s: Singular values, any shape.
+        squared_damping: λ² ≥ 0, broadcast against `s`.
+    """
+    s = np.asarray(s, dtype=float)
+    # With the hypotenuse no square can overflow or underflow.
+    length = np.hypot(s, np.sqrt(squared_damping))
+    length = np.where(s > 0, length, 1.0)
+    return np.asarray(s / length / length)
+
+
+def fading_damping(s: ArrayLike, threshold: float, damping: float) -> Array:
+    """λ²(σ) = (1 − (σ/ε)²) λ_max² below the threshold ε and 0 above, any shape.
+
+    Source: Chiaverini, Egeland and Kanestrøm 1991; Kim, Marani, Chung and Yuh, eq. (32).
+    """
+    ratio = np.minimum(np.asarray(s, dtype=float) / threshold, 1.0)
+    return np.asarray((1 - ratio**2) * damping**2)
+
+
+def check_level(name: str, absolute: float | None, gamma: float | None) -> None:
+    """Refuses a level of σ that is given both as such and as the fraction γ of σ₁, or that is out of range.
+
+    Args:
+        name: What the absolute level is called.
+        absolute: The level in the units of σ, or None.
+        gamma: The level relative to σ₁, or None.
+
+    Raises:
+        InputError: Both or neither are given; the level is not > 0; γ is not between 0 and 1.
+    """
+    if absolute is not None and gamma is not None:
+        raise InputError(f"give {name} or gamma, not both: got {name}={absolute!r} and gamma={gamma!r}")
+    if gamma is None:
+        checked_parameter(name, absolute, above=0)
+    else:
+        checked_parameter("gamma", gamma, above=0, below=1)
+
+
+def falling_zero(function: Callable[[float], float], low: float, high: float) -> float:
+    """Where a falling function, > 0 at low and < 0 at high, passes through zero: by bisection, to rounding."""
+    middle = (low + high) / 2
+    while low < middle < high:
+        low, high = (middle, high) if function(middle) > 0 else (low, middle)
+        middle = (low + high) / 2
+    return middle

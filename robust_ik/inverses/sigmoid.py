@@ -1,0 +1,74 @@
+"""Sigmoid damping: each singular value is damped by itself, with a damping that fades smoothly."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robust_ik.checks import Array, checked_parameter
+from robust_ik.inverses.base import Card, SingularValueFilter
+from robust_ik.inverses.pieces import damped_gain, falling_zero
+
+
+@dataclass(frozen=True)
+class Sigmoid(SingularValueFilter):
+    """φ(σ) = σ/(σ² + Λ/(1 + e^((σ + w)/h))).
+
+    Watch for: Λ is *added as it is*: it is the square of what other inverses call damping, and about half of it acts
+    at σ = 0. The damping fades as e^(−σ/h) and is never quite 0.
+
+    Attributes:
+        squared_damping: Λ > 0, in the units of σ².
+        shift: w ≥ 0, in the units of σ: the larger, the less damping.
+        slope: h > 0, in the units of σ: over which the damping fades by e.
+
+    Source: Fraunhofer IPA, cob_twist_controller 2015, damping method "sigmoid".
+    """
+
+    source: ClassVar[str] = "Fraunhofer IPA, cob_twist_controller 2015"
+    card: ClassVar[Card] = Card(
+        formula="σ/(σ² + Λ/(1 + e^((σ + w)/h)))",
+        largest_gain="no closed form; 25.26 for the defaults",
+        gain_at_zero="0",
+        exact="nowhere; within e^(−σ/h)",
+        continuity="continuous",
+    )
+    squared_damping: float = 0.001
+    shift: float = 0.001
+    slope: float = 0.05
+
+    def __post_init__(self) -> None:
+        checked_parameter("squared_damping", self.squared_damping, above=0)
+        checked_parameter("shift", self.shift, least=0)
+        checked_parameter("slope", self.slope, above=0)
+
+    def _added(self, s: Array) -> Array:
+        # 1/(1 + eᶻ) without overflow.
+        return np.asarray(self.squared_damping * np.exp(-np.logaddexp(0.0, (s + self.shift) / self.slope)))
+
+    def gains(self, s: ArrayLike) -> Array:
+        """σ/(σ² + Λ/(1 + e^((σ + w)/h)))."""
+        s = np.asarray(s, dtype=float)
+        return damped_gain(s, self._added(s))
+
+    def largest_gain(self, sigma_max: float) -> float:
+        """φ at its only peak, or at σ₁ below that."""
+        return float(self.gains(min(sigma_max, self._peak())))
+
+    def _peak(self) -> float:
+        """Where k − σk′ = σ², k being what is added to σ². The difference falls, as k is convex for w ≥ 0."""
+
+        def difference(sigma: float) -> float:
+            k = float(self._added(np.array(sigma)))
+            rate = k * (1 - k / self.squared_damping) / self.slope
+            return k + sigma * rate - sigma**2
+
+        return falling_zero(difference, 0.0, math.sqrt(self.squared_damping))
+
+    def is_exact(self, s: ArrayLike) -> np.ndarray:
+        """Nowhere."""
+        return np.zeros(np.shape(s), dtype=bool)
