@@ -1,0 +1,138 @@
+"""How much a damping or a clamp changes a Jacobian, and how far it moves it away from its singularities. Arrays only.
+
+Dułęba compares two cures of M = J Jᵀ on equal terms: adding λI (damped least squares, λ = damping²) and raising every
+singular value to at least d_min, the floor. Singular values are those of a thin decomposition, `linalg.svd(J).s`,
+(..., k) with k = min(m, n): for m > n the smaller of M and JᵀJ stands in for M.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robust_ik.checks import Array, as_array, checked_parameter
+from robust_ik.errors import InputError
+from robust_ik.linalg import svd
+
+
+def modification_by_damping(s: ArrayLike, squared_damping: ArrayLike) -> Array:
+    """f₁ = k λ: by how much adding λI raises the trace of M, shape (...).
+
+    Args:
+        s: Singular values, (..., k).
+        squared_damping: λ ≥ 0, the *square* of the damping of `DampedLeastSquares`, shape (...).
+
+    Source: Duleba 2023, eq. (25).
+    """
+    s = _spectrum(s)
+    return np.asarray(s.shape[-1] * np.broadcast_to(_not_negative(squared_damping), s.shape[:-1]))
+
+
+def modification_by_clamp(s: ArrayLike, floor: float) -> Array:
+    """f₂ = Σ max(d_min² − σᵢ², 0): by how much raising every σ to the floor raises the trace of M, shape (...).
+
+    Args:
+        s: Singular values, (..., k).
+        floor: d_min > 0.
+
+    Source: Duleba 2023, eq. (26).
+    """
+    floor = checked_parameter("floor", floor, above=0)
+    return np.asarray(np.maximum(floor**2 - _spectrum(s) ** 2, 0.0).sum(axis=-1))
+
+
+def matching_squared_damping(s: ArrayLike, floor: float) -> Array:
+    """λ = f₂/k: the additive term that modifies M as much as the clamp does, f₁ = f₂, shape (...).
+
+    Watch for: it is the square of a damping, `DampedLeastSquares(damping=√λ)`, and 0 where no σ is below the floor.
+
+    Args:
+        s: Singular values, (..., k).
+        floor: d_min > 0.
+
+    Source: Duleba 2023, section 4, f₁ = f₂ with eqs. (25), (26).
+    """
+    s = _spectrum(s)
+    return np.asarray(modification_by_clamp(s, floor) / s.shape[-1])
+
+
+def safety_by_damping(s: ArrayLike, squared_damping: ArrayLike) -> Array:
+    """h₁ = σ_k² + λ: the smallest eigenvalue of M after the damping, shape (...).
+
+    Args:
+        s: Singular values, (..., k), in descending order.
+        squared_damping: λ ≥ 0, shape (...).
+
+    Source: Duleba 2023, eq. (29).
+    """
+    return np.asarray(_spectrum(s)[..., -1] ** 2 + _not_negative(squared_damping))
+
+
+def safety_by_clamp(s: ArrayLike, floor: float) -> Array:
+    """h₂ = max(σ_k, d_min)²: the smallest eigenvalue of M after the clamp, shape (...).
+
+    The paper prints d_min², which holds where there is something to clamp; elsewhere it would be less than σ_k².
+
+    Args:
+        s: Singular values, (..., k), in descending order.
+        floor: d_min > 0.
+
+    Source: Duleba 2023, eq. (29).
+    """
+    floor = checked_parameter("floor", floor, above=0)
+    return np.asarray(np.maximum(_spectrum(s)[..., -1], floor) ** 2)
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Damping and clamp at one Jacobian, both modifying M by the same amount; arrays over its leading axes.
+
+    With c singular values below the floor, the clamp gets farther from the singularity, strictly where 0 < c < k;
+    for c = 0 both change nothing, and for c = k they are equal where all σ are.
+
+    Attributes:
+        squared_damping: The matching λ.
+        modification: f₁ = f₂.
+        damped: h₁, the smallest eigenvalue of M with the damping.
+        clamped: h₂, the same with the clamp.
+
+    Source: Duleba 2023, eqs. (25) to (31).
+    """
+
+    squared_damping: Array
+    modification: Array
+    damped: Array
+    clamped: Array
+
+
+def compare_damping_and_clamp(J: ArrayLike, floor: float) -> Comparison:
+    """How far each gets from the singularity for the same modification.
+
+    Args:
+        J: Jacobian, (..., m, n).
+        floor: d_min > 0.
+    """
+    s = svd(J).s
+    squared_damping = matching_squared_damping(s, floor)
+    return Comparison(
+        squared_damping=squared_damping,
+        modification=modification_by_clamp(s, floor),
+        damped=safety_by_damping(s, squared_damping),
+        clamped=safety_by_clamp(s, floor),
+    )
+
+
+def _spectrum(s: ArrayLike) -> Array:
+    s = as_array(s, "s", (None,))
+    if s.shape[-1] == 0 or (s < 0).any() or (np.diff(s, axis=-1) > 0).any():
+        raise InputError(f"s must be singular values ≥ 0 in descending order, got {s}")
+    return s
+
+
+def _not_negative(squared_damping: ArrayLike) -> Array:
+    value = as_array(squared_damping, "squared_damping", ())
+    if (value < 0).any():
+        raise InputError(f"squared_damping must be ≥ 0, got {value}")
+    return value

@@ -1,0 +1,189 @@
+"""One step of an inverse, taken apart."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robust_ik.checks import Array, as_array, checked_parameter, readonly
+from robust_ik.errors import InputError
+from robust_ik.explanation.directions import Direction, take_apart
+from robust_ik.explanation.text import table
+from robust_ik.inverses import RobustInverse, SingularValueFilter
+from robust_ik.linalg import RANK_TOLERANCE, condition_number, lost_directions, manipulability, svd
+from robust_ik.rows import ROWS
+
+
+@dataclass(frozen=True, eq=False)
+class Explanation:
+    """One step of an inverse, taken apart; `print` shows it as a table.
+
+    Attributes:
+        inverse: The inverse that is explained.
+        J: Jacobian, (m, n).
+        xdot: What was asked, (m,).
+        qdot: Joint velocities, (n,), rad/s or m/s.
+        threshold: Absolute σ up to which a direction counts as singular.
+        directions: The m task directions, by descending σ.
+        lost_directions: Orthonormal columns, (m, c), that span the singular ones.
+        condition_number: σ₁/σ_k, infinite at a singularity.
+        manipulability: Πσ.
+        unavoidable_angle: Angle between ẋ and what is not lost, rad; see the function of that name.
+        rows: Names of the m task rows.
+    """
+
+    inverse: RobustInverse
+    J: Array
+    xdot: Array
+    qdot: Array
+    threshold: float
+    directions: tuple[Direction, ...]
+    lost_directions: Array
+    condition_number: float
+    manipulability: float
+    unavoidable_angle: float
+    rows: tuple[str, ...]
+
+    @property
+    def corank(self) -> int:
+        """How many task directions are singular, m − rank, those that n < m joints leave over included."""
+        return int(self.lost_directions.shape[1])
+
+    @property
+    def smallest_sigma(self) -> float:
+        """σ_k, k = min(m, n): the 2-norm distance of J from a matrix of lower rank. It is no distance in q."""
+        return float(self.directions[min(self.J.shape) - 1].sigma)
+
+    @property
+    def given(self) -> Array:
+        """J q̇, (m,)."""
+        return np.asarray(self.J @ self.qdot)
+
+    @property
+    def residual(self) -> Array:
+        """ẋ − J q̇, (m,)."""
+        return np.asarray(self.xdot - self.given)
+
+    @property
+    def angle(self) -> float:
+        """Angle between asked and given, rad; 0 where nothing is asked, π/2 where nothing is given."""
+        asked, given = float(np.linalg.norm(self.xdot)), float(np.linalg.norm(self.given))
+        if asked == 0 or given == 0:
+            return 0.0 if asked == 0 else float(np.pi / 2)
+        a, g = self.xdot / asked, self.given / given
+        return float(2 * np.arctan2(np.linalg.norm(a - g), np.linalg.norm(a + g)))
+
+    @property
+    def speed_lost(self) -> float:
+        """1 − ẋᵀJ q̇/‖ẋ‖²: the fraction of the asked speed that is not given along ẋ; 0 where nothing is asked."""
+        asked = float(np.linalg.norm(self.xdot))
+        return 1 - float((self.xdot / asked) @ (self.given / asked)) if asked > 0 else 0.0
+
+    @property
+    def fastest_joint(self) -> int:
+        """Index, from 0, of the joint with the largest |q̇|."""
+        return int(np.argmax(np.abs(self.qdot)))
+
+    @property
+    def largest_speed(self) -> float:
+        """The largest |q̇| of any joint, rad/s or m/s."""
+        return float(np.abs(self.qdot).max())
+
+    @property
+    def null_share(self) -> float:
+        """The share of ‖q̇‖² that moves the task in no direction."""
+        return max(0.0, 1 - sum(d.share for d in self.directions)) if self.qdot.any() else 0.0
+
+    def __str__(self) -> str:
+        return table(self)
+
+
+def explain(
+    J: ArrayLike,
+    xdot: ArrayLike,
+    inverse: RobustInverse,
+    *,
+    threshold: float | None = None,
+    qdot: ArrayLike | None = None,
+    rows: Sequence[str] | None = None,
+) -> Explanation:
+    """What an inverse gives of a task velocity and what it loses, direction by direction; print it.
+
+    Watch for: with a threshold, "singular" is what you say; "lost" in the table is only what no joint can move.
+
+    Args:
+        J: Jacobian, one matrix, (m, n).
+        xdot: Task velocity, (m,).
+        inverse: Any robust inverse.
+        threshold: Absolute σ ≥ 0 up to which a direction counts as singular; default RANK_TOLERANCE σ₁.
+        qdot: The joint velocities that were commanded, (n,), where they are known: by an inverse that looks at the
+            error or has a memory, or with null-space motion added. Default `inverse.solve(J, xdot)`.
+        rows: Names of the task rows; default x y z wx wy wz if there are six, else 1, 2, ….
+
+    Raises:
+        InputError: Shapes do not fit, or something is NaN or infinite.
+    """
+    J = _single(J, "J", (None, None))
+    m, n = J.shape
+    xdot = _single(xdot, "xdot", (m,))
+    s = svd(J).s
+    follows = qdot is None
+    velocity = inverse.solve(J, xdot) if qdot is None else _single(qdot, "qdot", (n,))
+    limit = RANK_TOLERANCE * float(s[0]) if threshold is None else checked_parameter("threshold", threshold, least=0)
+    gains = inverse.gains(s) if isinstance(inverse, SingularValueFilter) else None
+    return Explanation(
+        inverse=inverse,
+        J=readonly(J),
+        xdot=readonly(xdot),
+        qdot=readonly(velocity),
+        threshold=limit,
+        directions=take_apart(J, xdot, velocity, limit, gains, follows=follows),
+        lost_directions=readonly(lost_directions(J, limit)),
+        condition_number=float(condition_number(J)),
+        manipulability=float(manipulability(J)),
+        unavoidable_angle=float(unavoidable_angle(J, xdot, limit)),
+        rows=_row_names(rows, m),
+    )
+
+
+def unavoidable_angle(J: ArrayLike, xdot: ArrayLike, threshold: ArrayLike | None = None) -> Array:
+    """The angle between ẋ and its projection onto the directions that are not lost, rad in [0, π/2].
+
+    Whatever the inverse, ‖ẋ − J q̇‖ ≥ sin(angle) ‖ẋ‖ if the singular directions cannot be moved. For m > n the
+    task directions that the joints leave over are lost as well. Zero where nothing is asked.
+
+    Args:
+        J: Jacobian, (..., m, n).
+        xdot: Task velocity, (..., m); leading axes broadcast against those of J.
+        threshold: Absolute σ up to which a direction is lost, broadcast against the leading axes; default
+            RANK_TOLERANCE σ₁.
+
+    Returns:
+        The angle, shape (...).
+
+    Source: Duleba 2023, section 6.4.
+    """
+    decomposition = svd(J)
+    U, s = decomposition.U, decomposition.s
+    xdot = as_array(xdot, "xdot", (U.shape[-2],))
+    limit = RANK_TOLERANCE * s[..., :1] if threshold is None else as_array(threshold, "threshold", ())[..., None]
+    components = np.where(s > limit, np.einsum("...mk,...m->...k", U, xdot), 0.0)
+    kept = np.einsum("...mk,...k->...m", U, components)
+    return np.asarray(np.arctan2(np.linalg.norm(xdot - kept, axis=-1), np.linalg.norm(components, axis=-1)))
+
+
+def _single(value: ArrayLike, name: str, shape: tuple[int | None, ...]) -> Array:
+    array = as_array(value, name, shape)
+    if array.ndim != len(shape):
+        raise InputError(f"explain takes one step, got {name} of shape {array.shape}")
+    return array
+
+
+def _row_names(rows: Sequence[str] | None, m: int) -> tuple[str, ...]:
+    names = tuple(rows) if rows is not None else ROWS if m == len(ROWS) else tuple(str(i + 1) for i in range(m))
+    if len(names) != m:
+        raise InputError(f"rows must name the {m} task rows, got {names!r}")
+    return names

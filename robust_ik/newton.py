@@ -1,0 +1,138 @@
+"""Newton's iteration to a configuration that reaches a target, with a robust inverse in place of J⁻¹. Arrays only."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robust_ik.checks import Array, as_array, checked_parameter, readonly
+from robust_ik.errors import InputError
+from robust_ik.inverses import RobustInverse
+from robust_ik.problem import TaskEquation
+
+Function = Callable[[Array], ArrayLike]
+
+
+class NewtonStatus(Enum):
+    """How an iteration ended; the value says it."""
+
+    CONVERGED = "the error fell below the tolerance"
+    STUCK = "the inverse gives no motion although the error is not zero: what is left lies along directions it cuts"
+    ITERATION_LIMIT = "the error is still above the tolerance after the largest number of iterations"
+    DIVERGED = "the configuration grew beyond what a number can hold"
+
+
+@dataclass(frozen=True, eq=False)
+class NewtonResult:
+    """Where an iteration ended, and how.
+
+    Attributes:
+        q: The last configuration, (nq,).
+        status: How it ended.
+        errors: ‖x_f − k(q)‖ before every step and at the end, (iterations + 1,).
+    """
+
+    q: Array
+    status: NewtonStatus
+    errors: Array
+
+    @property
+    def converged(self) -> bool:
+        """Whether the error fell below the tolerance."""
+        return self.status is NewtonStatus.CONVERGED
+
+    @property
+    def iterations(self) -> int:
+        """How many steps were taken."""
+        return int(self.errors.size) - 1
+
+    @property
+    def error(self) -> float:
+        """The last error."""
+        return float(self.errors[-1])
+
+
+def newton(
+    kinematics: Function,
+    jacobian: Function,
+    inverse: RobustInverse,
+    q0: ArrayLike,
+    target: ArrayLike,
+    *,
+    step: float = 1.0,
+    tolerance: float = 1e-9,
+    max_iterations: int = 2000,
+    hessian: Function | None = None,
+    integrate: Callable[[Array, Array], Array] = np.add,
+) -> NewtonResult:
+    """Iterates q ← q + ξ J# (x_f − k(q)) until ‖x_f − k(q)‖ < tolerance.
+
+    A pose has no difference; let `kinematics` give minus the pose error then, and the target be zero.
+
+    Watch for: towards a target on the boundary of what the arm reaches, where J loses rank, convergence is slow: the
+    error of a damped inverse falls as 1/iterations, so that the cap, and not the inverse, decides what is left.
+
+    Args:
+        kinematics: Function from q to the task coordinates k(q), (m,).
+        jacobian: Function from q to ∂k/∂q, (m, n).
+        inverse: The robust inverse. It is told the error, and that `step` seconds pass.
+        q0: Configuration to start from, (nq,).
+        target: Wanted task coordinates x_f, (m,).
+        step: ξ in (0, 1].
+        tolerance: δ > 0, in the units of the task.
+        max_iterations: Cap, at least 0; the paper gives none, and without one a hopeless run does not end.
+        hessian: Function from q to ∂J/∂q, (m, n, n), for an inverse that needs it.
+        integrate: Adds a joint motion, (n,), to a configuration, (nq,): `robot.integrate` where nq ≠ n.
+
+    Raises:
+        InputError: An argument cannot be meant, or a function returns another shape or NaN.
+
+    Source: Duleba 2023, eq. (3).
+    """
+    q = _vector(q0, "q0", None)
+    target = _vector(target, "target", None)
+    step = checked_parameter("step", step, above=0)
+    tolerance = checked_parameter("tolerance", tolerance, above=0)
+    if step > 1 or max_iterations < 0:
+        raise InputError(f"step ≤ 1 and max_iterations ≥ 0 must hold, got {step!r} and {max_iterations!r}")
+    if inverse.needs_hessian and hessian is None:
+        raise InputError(f"{inverse!r} needs the Hessian: pass hessian=")
+    driver = inverse.begin(step)
+    errors: list[float] = []
+    status: NewtonStatus | None = None
+    while status is None:
+        error = target - _vector(kinematics(q), "kinematics(q)", target.size)
+        errors.append(float(np.linalg.norm(error)))
+        status = _ended(errors, tolerance, max_iterations)
+        if status is None:
+            J = as_array(jacobian(q), "jacobian(q)", (target.size, None))
+            equation = TaskEquation(J, error, error, None if hessian is None else np.asarray(hessian(q), dtype=float))
+            with np.errstate(over="ignore", invalid="ignore"):
+                moved = integrate(q, step * driver.velocity(equation))
+            # An inverse with a memory may move on from where it stood still.
+            status = _stopped(q, moved, repeats=driver is inverse)
+            q = q if status else moved
+    return NewtonResult(readonly(q), status, readonly(errors))
+
+
+def _ended(errors: list[float], tolerance: float, max_iterations: int) -> NewtonStatus | None:
+    if errors[-1] < tolerance:
+        return NewtonStatus.CONVERGED
+    return NewtonStatus.ITERATION_LIMIT if len(errors) > max_iterations else None
+
+
+def _stopped(q: Array, moved: Array, *, repeats: bool) -> NewtonStatus | None:
+    if not np.isfinite(moved).all():
+        return NewtonStatus.DIVERGED
+    return NewtonStatus.STUCK if repeats and np.array_equal(q, moved) else None
+
+
+def _vector(value: ArrayLike, name: str, length: int | None) -> Array:
+    array = as_array(value, name, (length,))
+    if array.ndim != 1:
+        raise InputError(f"{name} must be one vector, got shape {array.shape}")
+    return array
