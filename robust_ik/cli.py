@@ -16,16 +16,17 @@ from robust_ik.catalog import Entry, catalog
 from robust_ik.description import MOVING_TYPES
 from robust_ik.errors import InputError, RobustIKError, TipError, suggest
 from robust_ik.files import check_writable, write_file
-from robust_ik.inverses import DampedLeastSquares, JParse, MoorePenrose, RobustInverse
+from robust_ik.inverses import CLASSES, RobustInverse, SingularValueFilter, Weighted
 from robust_ik.loading import load
 from robust_ik.robot import Robot
 from robust_ik.scenarios import Scenario, stretch
 from robust_ik.simulation import Trajectory
 from robust_ik.urdf import read_urdf
 
-METHODS: dict[str, RobustInverse] = {
-    inverse.__class__.__name__: inverse for inverse in (MoorePenrose(), DampedLeastSquares(), JParse())
-}
+METHODS = {each.__name__: each for each in CLASSES if each is not Weighted}
+"""What can be run by name: every inverse with its default parameters."""
+SHOWN_FIRST = ("MoorePenrose", "DampedLeastSquares", "JParse")
+METHOD_HELP = f"An inverse that 'robust-ik inverses' lists. Repeatable; default {', '.join(SHOWN_FIRST)}."
 
 app = typer.Typer(
     help="Singularity-robust inverse kinematics for any robot arm.",
@@ -72,7 +73,11 @@ def demo(
     tip: TipOption = None,
     method: Annotated[
         list[str] | None,
-        typer.Option("--method", metavar="NAME", help=f"One of {', '.join(METHODS)}. Repeatable; default all."),
+        typer.Option(
+            "--method",
+            metavar="NAME",
+            help=f"An inverse that 'robust-ik inverses' lists. Repeatable; default {', '.join(SHOWN_FIRST)}.",
+        ),
     ] = None,
     output: Annotated[
         Path | None,
@@ -112,11 +117,15 @@ def _write_page(path: Path, runs: dict[str, Trajectory], scenario: Scenario) -> 
 
 
 def _methods(names: list[str] | None) -> dict[str, RobustInverse]:
-    by_lower = {name.lower(): name for name in METHODS}
-    for name in names or ():
-        if name.lower() not in by_lower:
-            raise InputError(f"there is no method {name!r}; {suggest(name, METHODS)}")
-    return {by_lower[n.lower()]: METHODS[by_lower[n.lower()]] for n in names} if names else METHODS
+    chosen = [_class(name) for name in names or SHOWN_FIRST]
+    return {each.__name__: each() for each in chosen}
+
+
+def _class(name: str) -> type[RobustInverse]:
+    found = next((each for known, each in METHODS.items() if known.lower() == name.lower()), None)
+    if found is None:
+        raise InputError(f"there is no method {name!r}; {suggest(name, METHODS)}")
+    return found
 
 
 def _explain_rows(arm: Robot, scenario: Scenario) -> None:
@@ -172,6 +181,27 @@ def _joints_and_tip(entry: Entry) -> tuple[str, str]:
         return str(len(moving)), f"{len(description.leaves)} leaves: give --tip"
     except RobustIKError as error:
         return "?", str(error)
+
+
+@app.command()
+def inverses(
+    names: Annotated[list[str] | None, typer.Argument(metavar="[NAME]...", help="Which; default all.")] = None,
+    markdown: Annotated[bool, typer.Option("--markdown", help="Print the table as Markdown.")] = False,
+    plot: Annotated[
+        Path | None, typer.Option("--plot", metavar="FILE", help="Draw φ(σ) and σφ(σ) of the filters into an image.")
+    ] = None,
+) -> None:
+    """List the robust inverses and what each promises; draw their gains."""
+    chosen = [_class(name) for name in names] if names else list(CLASSES)
+    if plot is not None:
+        from robust_ik.display import plot_gains  # takes a second to import: only where it is needed
+
+        filters = [each for each in chosen if issubclass(each, SingularValueFilter)]
+        console.print(f"Wrote [bold]{escape(str(plot_gains([each() for each in filters], plot)))}[/]", soft_wrap=True)
+    elif markdown:
+        print(report.inverses_markdown(chosen))
+    else:
+        console.print(report.inverses_table(chosen))
 
 
 @app.command()

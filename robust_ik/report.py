@@ -11,6 +11,7 @@ from rich.table import Table
 
 from robust_ik.catalog import Entry
 from robust_ik.description import Mesh
+from robust_ik.inverses import RobustInverse
 from robust_ik.linalg import condition_number, svd
 from robust_ik.reach import Reach, find_reach
 from robust_ik.robot import Robot
@@ -55,6 +56,41 @@ def comparison(runs: Mapping[str, Trajectory]) -> Table:
 
 def _small(error: float) -> str:
     return f"{error:.1f}" if error >= 0.05 else f"{error:.0e}" if error > 0 else "0"
+
+
+def inverses_table(classes: Iterable[type[RobustInverse]]) -> Table:
+    """One row per inverse: what it solves and promises."""
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for heading in INVERSE_COLUMNS:
+        table.add_column(heading, overflow="fold")
+    for row in _inverse_rows(classes):
+        table.add_row(*map(escape, row))
+    return table
+
+
+def inverses_markdown(classes: Iterable[type[RobustInverse]]) -> str:
+    """The same table as Markdown, as in the README."""
+    rows = [INVERSE_COLUMNS, ("---",) * len(INVERSE_COLUMNS)]
+    rows += [(f"`{row[0]}`", *(cell.replace("|", "\\|") for cell in row[1:])) for row in _inverse_rows(classes)]
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+
+
+INVERSE_COLUMNS = (
+    "inverse",
+    "φ(σ), or what it does",
+    "largest gain",
+    "at σ → 0",
+    "exact where",
+    "continuity",
+    "source",
+)
+
+
+def _inverse_rows(classes: Iterable[type[RobustInverse]]) -> Iterable[tuple[str, ...]]:
+    for each in classes:
+        card = each.card
+        promises = (card.formula, card.largest_gain, card.gain_at_zero, card.exact, card.continuity)
+        yield (each.__name__, *promises, each.source)
 
 
 def robots(entries: Iterable[tuple[Entry, str, str]]) -> Table:

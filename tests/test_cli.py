@@ -11,6 +11,7 @@ from rich.console import Console
 import robust_ik as rik
 from robust_ik import cli, report
 from robust_ik.catalog import catalog
+from robust_ik.inverses import CLASSES
 from robust_ik.scenarios import stretch
 
 
@@ -161,3 +162,30 @@ def test_the_comparison_holds_the_numbers_of_the_runs():
     text = console.export_text()
     assert f"{run.largest_speed:.3g}" in text
     assert f"{1e3 * run.position_error.max():.1f}" in text
+
+
+def test_inverses_lists_every_inverse_with_its_promises(command):
+    status, out, _ = command("inverses")
+    assert status == 0
+    for each in CLASSES:
+        assert each.__name__ in out
+    narrow = command("inverses", "edls", "JPARSE")[1]
+    assert "EDLS" in narrow
+    assert "Halley" not in narrow
+
+
+def test_inverses_prints_the_table_of_the_readme_and_draws_the_gains(command, tmp_path):
+    assert command("inverses", "--markdown")[1].strip() == report.inverses_markdown(CLASSES)
+    status, out, _ = command("inverses", "JParse", "EDLS", "--plot", "gains.png")
+    assert status == 0
+    assert "gains.png" in out
+    assert (tmp_path / "gains.png").read_bytes().startswith(b"\x89PNG")
+    assert command("inverses", "SDLS", "--plot", "gains.svg")[0] == 1
+
+
+def test_any_inverse_can_drive_the_demo(command):
+    for each in CLASSES:
+        if each is not rik.Weighted:
+            status, out, _ = command("demo", "planar_2r", "--method", each.__name__, "-o", "page.html")
+            assert status == 0
+            assert each.__name__ in out

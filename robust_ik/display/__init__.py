@@ -2,6 +2,7 @@
 
 from robust_ik.display.configuration import draw_configuration
 from robust_ik.display.drawn_robot import DrawnRobot, MissingMesh, draw_robot
+from robust_ik.display.gains import plot_gains
 from robust_ik.display.report import write_html
 from robust_ik.display.runs import draw_run
 from robust_ik.display.scene import Scene, serve
@@ -13,6 +14,7 @@ __all__ = [
     "draw_configuration",
     "draw_robot",
     "draw_run",
+    "plot_gains",
     "serve",
     "write_html",
 ]

@@ -1,0 +1,72 @@
+"""A figure of what filters do to singular values."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from robust_ik.checks import Array, checked_parameter
+from robust_ik.errors import InputError
+from robust_ik.files import check_writable
+from robust_ik.inverses import SingularValueFilter
+
+FORMATS = (".png", ".svg", ".pdf")
+LEAST_SIGMA = 1e-4
+STYLES = ("-", "--", "-.", ":")
+
+
+def plot_gains(filters: Sequence[SingularValueFilter], path: str | Path, *, sigma_max: float = 1.0) -> Path:
+    """Draws φ(σ) and the share σφ(σ) of the task that is met, for one σ in [0, sigma_max], the others being σ₁.
+
+    Args:
+        filters: What to draw, at least one.
+        path: Image to write: .png, .svg or .pdf.
+        sigma_max: σ₁.
+
+    Returns:
+        The path.
+
+    Raises:
+        InputError: Nothing to draw, something that is no filter, or a path that cannot be written.
+    """
+    path = Path(path).expanduser()
+    checked_parameter("sigma_max", sigma_max, above=0)
+    if not filters or not all(isinstance(each, SingularValueFilter) for each in filters):
+        raise InputError(f"only singular-value filters have a gain to draw, at least one is needed, got {filters!r}")
+    if path.suffix.lower() not in FORMATS:
+        raise InputError(f"the figure is written as one of {', '.join(FORMATS)}, got {str(path)!r}")
+    check_writable(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    _draw(filters, sigma_max, path)
+    return path
+
+
+def _draw(filters: Sequence[SingularValueFilter], sigma_max: float, path: Path) -> None:
+    from matplotlib.figure import Figure  # not pyplot: no window, no state
+
+    figure = Figure(figsize=(10, 4.6 + 0.2 * -(-len(filters) // 3)), layout="constrained")
+    gain, share = figure.subplots(1, 2)
+    s = sigma_max * np.geomspace(LEAST_SIGMA, 1, 2001)
+    for index, each in enumerate(filters):
+        phi = gains_along(each, s, sigma_max)
+        style = STYLES[index % len(STYLES)]
+        gain.plot(s, np.where(phi > 0, phi, np.nan), linestyle=style, label=label(each))
+        share.plot(s, s * phi, linestyle=style)
+    gain.set(xscale="log", yscale="log", xlabel="σ", ylabel="φ(σ)", title="joint speed per task speed")
+    share.set(xscale="log", xlabel="σ", ylabel="σ φ(σ)", title="share of the task that is met")
+    figure.legend(loc="outside lower center", ncols=3, fontsize="small")
+    for axes in (gain, share):
+        axes.grid(alpha=0.3)
+    figure.savefig(path, dpi=130)
+
+
+def label(inverse: SingularValueFilter) -> str:
+    """The inverse's name, and its parameters if any is not the default."""
+    return type(inverse).__name__ if inverse == type(inverse)() else repr(inverse)
+
+
+def gains_along(inverse: SingularValueFilter, s: Array, sigma_max: float) -> Array:
+    """φ(σ) for a second singular value s beside σ₁ = sigma_max, (...)."""
+    return np.asarray(inverse.gains(np.stack([np.full_like(s, sigma_max), s], axis=-1))[..., 1])
