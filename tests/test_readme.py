@@ -69,3 +69,12 @@ def test_everything_public_is_exported_and_documented():
     assert sorted(rik.__all__, key=str) == sorted(set(rik.__all__))
     for name in rik.__all__:
         assert getattr(rik, name).__doc__ or name == "__version__"
+
+
+def test_the_page_on_which_inverse_has_measured_every_one_that_needs_no_argument():
+    page = (ROOT / "docs" / "which_inverse.md").read_text(encoding="utf-8")
+    table = page.split("<!-- measured: begin -->")[1].split("<!-- measured: end -->")[0]
+    measured = set(re.findall(r"^\| `(\w+)` \|", table, re.MULTILINE))
+    assert measured == {each.__name__ for each in inverses.CLASSES} - {"Weighted"}
+    for name in re.findall(r"`(\w+)(?:\(|`)", page):
+        assert hasattr(rik, name) or hasattr(inverses, name), name
