@@ -1,7 +1,6 @@
-"""Measures what every inverse makes of four motions, and writes the table of docs/which_inverse.md.
+"""Measures what every inverse makes of three motions: the table of docs/which_inverse.md.
 
-python benchmarks/which_inverse.py            # prints the table
-python benchmarks/which_inverse.py --write    # and puts it into docs/which_inverse.md
+`python benchmarks/which_inverse.py` prints it; with `--write` it goes into the page.
 """
 
 from __future__ import annotations
