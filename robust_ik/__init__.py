@@ -11,7 +11,6 @@ from robust_ik.controller import Posture, VelocityController
 from robust_ik.derivatives import manipulability_gradient, singular_value_gradient, singular_value_gradients
 from robust_ik.dh import DHJoint, DHTable
 from robust_ik.dh_toml import read_dh
-from robust_ik.dh_urdf import dh_to_urdf
 from robust_ik.errors import (
     DHError,
     FrameNotFoundError,
@@ -108,7 +107,6 @@ __all__ = [
     "Weighted",
     "__version__",
     "condition_number",
-    "dh_to_urdf",
     "evaluation",
     "explain",
     "inverses",

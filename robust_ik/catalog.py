@@ -107,6 +107,10 @@ def find(name: str) -> Entry:
     try:
         return catalog()[name]
     except KeyError:
+        if "/" in name or "\\" in name:
+            raise RobotNotFoundError(
+                f"{name[:200]!r} is no .urdf or .toml file; 'robust-ik robots' lists names"
+            ) from None
         shown = name if len(name) <= 200 else name[:200] + "…"
         raise RobotNotFoundError(
             f"there is no robot called {shown!r} and no file at that path; {suggest(name, catalog(), limit=100)}"

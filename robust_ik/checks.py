@@ -83,6 +83,8 @@ def checked_parameter(
     Raises:
         InputError: It is no finite number, out of range, or too small or large to be squared.
     """
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        value = value.item()
     number = float(value) if isinstance(value, Real) else math.nan
     if not (math.isfinite(number) and above < number < below and number >= least):
         conditions = [

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import typer
 from rich.console import Console
 from rich.markup import escape
@@ -23,10 +25,10 @@ from robust_ik.scenarios import Scenario, stretch
 from robust_ik.simulation import Trajectory
 from robust_ik.urdf import read_urdf
 
-METHODS = {each.__name__: each for each in CLASSES if each is not Weighted}
-"""What can be run by name: every inverse with its default parameters."""
+RUNNABLE = [each for each in CLASSES if each is not Weighted]
+"""What can be run by name, with its default parameters: Weighted wraps another."""
 SHOWN_FIRST = ("MoorePenrose", "DampedLeastSquares", "JParse")
-METHOD_HELP = f"An inverse that 'robust-ik inverses' lists. Repeatable; default {', '.join(SHOWN_FIRST)}."
+METHOD_HELP = f"An inverse that 'robust-ik inverses' lists, but Weighted. Repeatable; default {', '.join(SHOWN_FIRST)}."
 
 app = typer.Typer(
     help="Singularity-robust inverse kinematics for any robot arm.",
@@ -73,11 +75,7 @@ def demo(
     tip: TipOption = None,
     method: Annotated[
         list[str] | None,
-        typer.Option(
-            "--method",
-            metavar="NAME",
-            help=f"An inverse that 'robust-ik inverses' lists. Repeatable; default {', '.join(SHOWN_FIRST)}.",
-        ),
+        typer.Option("--method", metavar="NAME", help=METHOD_HELP),
     ] = None,
     output: Annotated[
         Path | None,
@@ -117,14 +115,15 @@ def _write_page(path: Path, runs: dict[str, Trajectory], scenario: Scenario) -> 
 
 
 def _methods(names: list[str] | None) -> dict[str, RobustInverse]:
-    chosen = [_class(name) for name in names or SHOWN_FIRST]
+    chosen = [_class(name, RUNNABLE) for name in names or SHOWN_FIRST]
     return {each.__name__: each() for each in chosen}
 
 
-def _class(name: str) -> type[RobustInverse]:
-    found = next((each for known, each in METHODS.items() if known.lower() == name.lower()), None)
+def _class(name: str, classes: Iterable[type[RobustInverse]]) -> type[RobustInverse]:
+    by_name = {each.__name__: each for each in classes}
+    found = next((each for known, each in by_name.items() if known.lower() == name.lower()), None)
     if found is None:
-        raise InputError(f"there is no method {name!r}; {suggest(name, METHODS)}")
+        raise InputError(f"there is no method {name!r}; {suggest(name, by_name)}")
     return found
 
 
@@ -192,16 +191,22 @@ def inverses(
     ] = None,
 ) -> None:
     """List the robust inverses and what each promises; draw their gains."""
-    chosen = [_class(name) for name in names] if names else list(CLASSES)
+    chosen = [_class(name, CLASSES) for name in names] if names else list(CLASSES)
     if plot is not None:
         from robust_ik.display import plot_gains  # takes a second to import: only where it is needed
 
-        filters = [each for each in chosen if issubclass(each, SingularValueFilter)]
-        console.print(f"Wrote [bold]{escape(str(plot_gains([each() for each in filters], plot)))}[/]", soft_wrap=True)
+        filters = [each() for each in chosen if issubclass(each, SingularValueFilter)]
+        if not filters:
+            raise InputError(f"{', '.join(names or ())}: no singular-value filter, so there is no φ(σ) to draw")
+        console.print(f"Wrote [bold]{escape(str(plot_gains(filters, plot)))}[/]", soft_wrap=True)
     elif markdown:
         print(report.inverses_markdown(chosen))
+    elif names:
+        for each in chosen:
+            console.print(report.inverse_details(each), "")
     else:
         console.print(report.inverses_table(chosen))
+        console.print("'robust-ik inverses NAME' tells what one promises and its parameters.")
 
 
 @app.command()
@@ -218,13 +223,16 @@ def export(
     robot: RobotArgument,
     output: Annotated[Path, typer.Argument(metavar="FILE.urdf", help="Where to write.")],
     force: Annotated[bool, typer.Option("--force", help="Overwrite the file if it exists.")] = False,
+    package_dir: PackageDirOption = None,
 ) -> None:
     """Write a robot as URDF that other tools read; a DH table becomes links, joints and simple shapes."""
     if output.exists() and not force:
         raise InputError(f"{str(output)!r} exists; --force overwrites it")
-    arm = load(robot, whole_tree=True)
+    arm = load(robot, package_dirs=package_dir or (), whole_tree=True)
     write_file(output, arm.description.xml)
     console.print(f"Wrote [bold]{escape(str(output))}[/]", soft_wrap=True)
+    if arm.tip == "tool" and not np.isfinite([arm.lower, arm.upper, arm.velocity_limit]).all():
+        console.print("What a DH table does not state, a URDF must: a full turn for limits, 1000 for speed and effort.")
 
 
 def _file_name(name: str) -> str:

@@ -53,13 +53,22 @@ class VelocityController:
         robot: The robot.
         inverse: The robust inverse.
         posture: What to do with redundancy, if anything.
+        dt: Seconds between steps. An inverse with a memory (`FilteredInverse`, `KelmarKhosla`, `MaciejewskiKlein`) or
+            that looks ahead (`Halley`) needs it: one controller is then one run. Without it each step is a first one.
     """
 
     robot: Robot
     inverse: RobustInverse
     posture: Posture | None = None
+    dt: float | None = None
 
     def __post_init__(self) -> None:
+        if not isinstance(self.robot, Robot):
+            raise InputError(f"robot must be a Robot, as rik.load gives it, got {self.robot!r}")
+        if not isinstance(self.inverse, RobustInverse):
+            raise InputError(f"inverse must be a robust inverse such as JParse(), got {self.inverse!r}")
+        if self.dt is not None:
+            object.__setattr__(self, "inverse", self.inverse.begin(checked_parameter("dt", self.dt, above=0)))
         if self.posture is not None and self.posture.target.size != self.robot.nq:
             raise InputError(
                 f"posture target must have length {self.robot.nq} for {self.robot.name}, got {self.posture.target.size}"

@@ -212,7 +212,7 @@ class Description:
             return "tool0"
         if len(candidates) > 1:
             raise TipError(
-                f"{self.name} has {len(candidates)} chains of {longest} joints; give tip=, one of: "
+                f"{self.name} has {len(candidates)} chains of {longest} joints; give a tip (tip=, --tip), one of: "
                 + listed(sorted(candidates))
             )
         return candidates[0]

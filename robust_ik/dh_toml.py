@@ -128,12 +128,24 @@ def _fields(data: dict[str, Any]) -> dict[str, Any]:
     for key in ("base", "tool"):
         if key in data:
             result[key] = _pose(data[key], key, degrees)
+    if not degrees:
+        _ask_about_degrees(result["joints"])
     if degrees:
         as_written = DHTable(**result)
         result["joints"] = [_from_degrees(joint) for joint in as_written.joints]
         if as_written.rest is not None:
             result["rest"] = np.where(as_written.revolute, _radians(as_written.rest), as_written.rest)
     return result
+
+
+def _ask_about_degrees(joints: list[DHJoint]) -> None:
+    for joint in joints:
+        for key in ("alpha", "theta"):
+            if abs(getattr(joint, key)) > 4 * math.pi:
+                value = getattr(joint, key)
+                raise DHError(
+                    f'joint {joint.name!r} has {key} = {value:g} rad: over two turns; is angles = "deg" meant?'
+                )
 
 
 def _in_degrees(angles: object) -> bool:

@@ -61,12 +61,12 @@ def suggest(given: str, known: Iterable[str], limit: int = 40) -> str:
         limit: How many names to list at the most.
 
     Returns:
-        "did you mean 'tool0'? There are: base, tool0" or a part of it.
+        "did you mean 'tool0'? there are: base, tool0" or a part of it.
     """
     names = sorted(set(known))
     close = difflib.get_close_matches(given, names, n=3, cutoff=0.5) if len(given) < 200 else []
     question = f"did you mean {' or '.join(repr(c) for c in close)}? " if close else ""
-    return f"{question}There are: {listed(names, limit)}"
+    return f"{question}there are: {listed(names, limit)}"
 
 
 def listed(names: Sequence[str], limit: int = 40) -> str:

@@ -44,6 +44,8 @@ def load(
         TipError: The tip is ambiguous (the message lists the candidates), or no joint moves it.
         FrameNotFoundError: There is no such tip (the message lists what exists).
     """
+    if not isinstance(robot, (str, Path)):
+        raise InputError(f"robot must be a name or a path, got {robot!r}")
     name, suffix = str(robot), Path(robot).suffix.lower()
     if suffix in (*URDF_SUFFIXES, ".toml"):
         return _load_file(robot, tip, package_dirs, rows, whole_tree)

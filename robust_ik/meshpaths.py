@@ -11,6 +11,7 @@ from typing import Self
 from robust_ik.errors import UrdfError
 
 MESH_SUFFIXES = (".stl", ".dae", ".obj", ".ply", ".glb", ".gltf", ".off")
+ALLOW = "allow its folder by package_dirs= (--package-dir)"
 _CONVENTIONAL_FOLDERS = ("urdf", "urdfs", "robots", "robot", "model", "models", "xacro")
 
 
@@ -101,7 +102,9 @@ class MeshPaths:
         if root is not None:
             return self._checked(path, root)
         if absolute:
-            return Found(None, None, "is outside the robot's folders; give package_dirs= to allow its folder")
+            return Found(None, None, f"is outside the robot's folders; {ALLOW}")
+        if not (roots[0] / "package.xml").is_file():
+            return Found(None, None, f"is outside {roots[0]}; {ALLOW}")
         raise _climbs(name, roots[0])
 
     def _own_roots(self) -> list[Path]:
@@ -129,9 +132,7 @@ def _absolute(path: Path) -> Path:
 
 
 def _climbs(name: str, root: Path) -> UrdfError:
-    return UrdfError(
-        f"mesh path {_shown(name)} climbs out of {root}; put the file inside, or allow its folder with package_dirs="
-    )
+    return UrdfError(f"mesh path {_shown(name)} climbs out of {root}; put the file inside, or {ALLOW}")
 
 
 def _shown(name: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Iterable, Mapping
 
 import numpy as np
@@ -22,28 +23,23 @@ def comparison(runs: Mapping[str, Trajectory]) -> Table:
     """One row per method: joint speed, tracking error, smallest σ, time per step. Fits 80 columns."""
     table = Table(
         box=box.SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
-        caption="Largest joint speed in rad/s (m/s where it slides), largest and final tracking error, "
+        padding=0,
+        caption="Largest joint speed in rad/s (m/s where it slides), and as a multiple of the joint's limit, which "
+        "nothing enforces here; largest and final tracking error, "
         "smallest singular value met, median time of a control step.",
         caption_justify="left",
     )
     table.add_column("method", no_wrap=True)
-    headings = (
-        "peak\nspeed",
-        "error\n[mm]",
-        "final\n[mm]",
-        "error\n[deg]",
-        "final\n[deg]",
-        "least\nσ",
-        "step\n[µs]",
-    )
+    errors = ("error\n[mm]", "final\n[mm]", "error\n[deg]", "final\n[deg]")
+    headings = ("peak\nspeed", "× its\nlimit", *errors, "least\nσ", "step\n[µs]")
     for heading in headings:
-        table.add_column(heading, justify="right", no_wrap=True)
+        table.add_column(escape(heading), justify="right", no_wrap=True)
     for name, run in runs.items():
         final = np.linalg.norm(run.final_error.reshape(2, 3), axis=-1)
         table.add_row(
             escape(name),
             f"{run.largest_speed:.3g}" if run.largest_speed < 1e4 else f"{run.largest_speed:.0e}",
+            f"{run.largest_speed_ratio:.2g}" if run.largest_speed_ratio else "–",
             f"{1e3 * run.position_error.max():.1f}",
             _small(1e3 * final[0]),
             f"{np.degrees(run.rotation_error.max()):.1f}",
@@ -55,16 +51,31 @@ def comparison(runs: Mapping[str, Trajectory]) -> Table:
 
 
 def _small(error: float) -> str:
-    return f"{error:.1f}" if error >= 0.05 else f"{error:.0e}" if error > 0 else "0"
+    return f"{error:.1f}" if error >= 0.05 else f"{error:.0e}" if error > 1e-9 else "0"
 
 
 def inverses_table(classes: Iterable[type[RobustInverse]]) -> Table:
-    """One row per inverse: what it solves and promises."""
+    """One line per inverse: what it solves and where it is from."""
     table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    for heading in INVERSE_COLUMNS:
-        table.add_column(heading, overflow="fold")
-    for row in _inverse_rows(classes):
-        table.add_row(*map(escape, row))
+    table.add_column("inverse", no_wrap=True)
+    table.add_column(INVERSE_COLUMNS[1], ratio=2)
+    table.add_column("source", ratio=1)
+    for each in classes:
+        table.add_row(each.__name__, escape(each.card.formula), escape(each.source))
+    return table
+
+
+def inverse_details(each: type[RobustInverse]) -> Table:
+    """What one inverse promises, and its parameters with their defaults."""
+    table = Table.grid(padding=(0, 2))
+    table.add_column(style="bold", no_wrap=True)
+    table.add_column()
+    (row,) = _inverse_rows([each])
+    for heading, cell in zip(INVERSE_COLUMNS, row):
+        table.add_row(heading, escape(cell))
+    for name, parameter in inspect.signature(each).parameters.items():
+        default = "needed" if parameter.default is parameter.empty else f"default {parameter.default!r}"
+        table.add_row(escape(name), escape(default))
     return table
 
 
@@ -144,7 +155,8 @@ def _facts(robot: Robot) -> Iterable[tuple[str, str]]:
         yield from _tip_facts(robot, find_reach(robot))
     missing = missing_meshes(robot)
     meshes = len(list(_meshes(robot)))
-    yield "meshes", f"{meshes - len(missing)} of {meshes} found" + "".join(f"\n{line}" for line in missing)
+    if meshes:
+        yield "meshes", f"{meshes - len(missing)} of {meshes} found" + "".join(f"\n{line}" for line in missing)
     if robot.description.notes:
         yield "notes", "\n".join(robot.description.notes)
 
@@ -155,8 +167,8 @@ def _tip_facts(robot: Robot, reach: Reach) -> Iterable[tuple[str, str]]:
     condition = float(condition_number(J))
     yield "tip", str(robot.tip)
     yield "task rows", " ".join(robot.rows)
-    yield "rest q", "  ".join(f"{value:.4g}" for value in robot.joint_values(robot.rest))
-    yield "tip at rest", "  ".join(f"{value:.4g}" for value in robot.pose(robot.rest)[:3, 3]) + " m"
+    yield "rest joints", "  ".join(f"{value:.4g}" for value in robot.joint_values(robot.rest))
+    yield "tip at rest", "  ".join(f"{value:.4g}" for value in robot.pose(robot.rest)[:3, 3].round(9) + 0.0) + " m"
     yield "σ at rest", "  ".join(f"{value:.3g}" for value in s)
     yield "manipulability", f"{np.prod(s):.3g}"
     yield "condition", f"{condition:.3g}" if np.isfinite(condition) else "infinite: the rest is singular"

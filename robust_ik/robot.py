@@ -16,7 +16,6 @@ from numpy.typing import ArrayLike
 from robust_ik.checks import Array, as_array, check_leading_axes, readonly
 from robust_ik.description import Description
 from robust_ik.dh import DHTable
-from robust_ik.dh_urdf import dh_to_urdf
 from robust_ik.errors import FrameNotFoundError, InputError, TipError, UrdfError, listed, suggest
 from robust_ik.joints import JointMap
 from robust_ik.model import Kinematics, build_model
@@ -97,6 +96,8 @@ class Robot:
     @classmethod
     def from_dh(cls, table: DHTable) -> Self:
         """A robot from a Denavit-Hartenberg table, by way of a URDF; its tip is the link "tool"."""
+        from robust_ik.dh_urdf import dh_to_urdf  # imports yourdfpy, half a second: only where it is needed
+
         description = parse_urdf(dh_to_urdf(table), source=f"the URDF of DH table {table.name}")
         robot = cls.from_description(description, "tool", rows=table.rows)
         return replace(

@@ -60,6 +60,11 @@ class Trajectory:
         return float(np.abs(self.qdot).max())
 
     @property
+    def largest_speed_ratio(self) -> float:
+        """Largest |q̇| of any joint over its own speed limit; 0 where no limit is stated."""
+        return float((np.abs(self.qdot) / self.robot.velocity_limit).max())
+
+    @property
     def position_error(self) -> Array:
         """Distance from the target, (N,), m."""
         return np.asarray(np.linalg.norm(self.error[:, :3], axis=-1))
@@ -112,7 +117,9 @@ def simulate(
     if q.ndim != 1:
         raise InputError(f"q0 must be one configuration, got shape {q.shape}")
     steps = _number_of_steps(duration, dt)
-    controller = VelocityController(robot, inverse.begin(dt), posture)
+    if not callable(path):
+        raise InputError(f"path must be a function from seconds to a pose, got {type(path).__name__}")
+    controller = VelocityController(robot, inverse, posture, dt)
     rows = [ROWS.index(row) for row in robot.rows]
     record = _Record(steps, robot)
     for i in range(steps):

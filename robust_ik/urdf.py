@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import yourdfpy
 from lxml import etree
 
 from robust_ik.description import (
@@ -24,6 +23,8 @@ from robust_ik.urdf_checks import check_tree, safe_tree
 from robust_ik.urdf_shapes import visuals
 
 MAX_BYTES = 50_000_000
+SEEMS_DEGREES = 8 * math.pi
+"""Limits of more than four turns are asked about."""
 NO_LIMIT = 1e6
 """A position limit as large as this is written for none."""
 
@@ -124,6 +125,8 @@ def _write_axis(joint: Any) -> None:
 
 def _parse(root: Any) -> Any:
     """Yourdfpy's reading of the checked tree."""
+    import yourdfpy  # takes half a second: only where a file is read
+
     try:
         return yourdfpy.URDF.load(io.BytesIO(etree.tostring(root)), build_scene_graph=False, load_meshes=False).robot
     except Exception as error:  # yourdfpy raises whatever its parsing trips over
@@ -143,6 +146,12 @@ def _joint(joint: Any, moving: set[str], notes: list[str]) -> Joint:
             if low == high == 0:
                 notes.append(f"joint {joint.name!r} states no position limits: it is taken as unlimited")
             else:
+                if (
+                    joint.type == "revolute"
+                    and max(abs(low), abs(high)) > SEEMS_DEGREES
+                    and max(abs(low), abs(high)) < NO_LIMIT
+                ):
+                    notes.append(f"joint {joint.name!r} has limits {low:g} to {high:g} rad: are they degrees?")
                 lower = low if low > -NO_LIMIT else -math.inf
                 upper = high if high < NO_LIMIT else math.inf
     mimic = joint.mimic and Mimic(joint.mimic.joint, joint.mimic.multiplier, joint.mimic.offset)

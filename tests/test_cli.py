@@ -39,6 +39,8 @@ def test_demo_prints_a_row_per_method_and_writes_one_file(command, tmp_path):
     assert status == 0
     for method in ("MoorePenrose", "DampedLeastSquares", "JParse"):
         assert re.search(rf"^ +{method} +\d", out, re.MULTILINE)
+    assert "[mm]" in out
+    assert "[deg]" in out
     for word in ("Largest joint speed", "final tracking error", "smallest singular value", "time of a control step"):
         assert word in " ".join(out.split())
     written = list(tmp_path.iterdir())
@@ -110,7 +112,7 @@ def test_export_does_not_overwrite_unless_forced(command, tmp_path):
     "arguments, match",
     [
         (["demo", "nobody"], "no robot called 'nobody'"),
-        (["demo", "baxter"], "give tip="),
+        (["demo", "baxter"], "give a tip"),
         (["info", "hector"], "no joint that moves"),
         (["demo", "panda", "--tip", "toool"], "no link or joint 'toool'"),
         (["demo", "panda", "--method", "magic"], "no method 'magic'"),

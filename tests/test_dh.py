@@ -410,7 +410,7 @@ ROW = "joint = [{ a = 0, d = 0, alpha = 0 }]\n"
         (HEAD, r"^DH text: the table has no 'joint'"),
         (
             HEAD + ROW + "jiont = 1",
-            r"the table has an unknown key 'jiont'; did you mean 'joint'\? There are: angles, base",
+            r"the table has an unknown key 'jiont'; did you mean 'joint'\? there are: angles, base",
         ),
         (HEAD + "joint = []", r"a DH table needs from 1 to 100 joints, got 0"),
         (HEAD + "joint = 3", r"joint must be a list of tables, \[\[joint\]\], got 3"),
@@ -437,7 +437,7 @@ ROW = "joint = [{ a = 0, d = 0, alpha = 0 }]\n"
         ),
         (
             HEAD + ROW + "[base]\nxzy = [0, 0, 0]",
-            r"base has an unknown key 'xzy'; did you mean 'xyz'\? There are: matrix, rpy, xyz",
+            r"base has an unknown key 'xzy'; did you mean 'xyz'\? there are: matrix, rpy, xyz",
         ),
         (HEAD + ROW + "[tool]\nxyz = [0, 0]", r"tool\.xyz must have shape \(\.\.\., 3\), got \(2,\)"),
         (HEAD + ROW + "[tool]\nrpy = [0, nan, 0]", r"tool\.rpy must be finite"),
@@ -505,3 +505,11 @@ def test_a_file_that_cannot_be_meant_is_refused_with_its_path(tmp_path):
     path.write_bytes(b"#" * (MAX_BYTES + 1))
     with pytest.raises(LoadError, match=rf"has {MAX_BYTES + 1} bytes; a file of over {MAX_BYTES} is refused"):
         read_dh(path)
+
+
+@pytest.mark.parametrize("key", ["alpha", "theta"])
+def test_radians_that_seem_degrees_are_asked_about(key):
+    row = {"a": 0, "d": 0, "alpha": 0} | {key: 90}
+    entry = ", ".join(f"{name} = {value}" for name, value in row.items())
+    with pytest.raises(DHError, match=f"{key} = 90 rad, over two turns: is 'deg' meant|over two turns"):
+        table_from_toml(f"convention = 'standard'\nangles = 'rad'\njoint = [{{ {entry} }}]")

@@ -112,8 +112,8 @@ def test_an_ambiguous_robot_says_which_tips_there_are():
 
 
 def test_suggestions_put_near_names_first_and_cut_long_lists():
-    assert suggest("tol0", ["tool0", "base"]) == "did you mean 'tool0'? There are: base, tool0"
-    assert suggest("zzz", []) == "There are: none"
+    assert suggest("tol0", ["tool0", "base"]) == "did you mean 'tool0'? there are: base, tool0"
+    assert suggest("zzz", []) == "there are: none"
     assert "(100 in all)" in suggest("zzz", [f"a{i}" for i in range(100)])
 
 
@@ -192,7 +192,7 @@ def test_a_file_of_a_robots_name_does_not_hide_the_robot(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("name", ["x" * 5000, "~nobody_of_that_name/x", "a\0b"])
 def test_a_name_that_cannot_be_is_refused(name):
-    with pytest.raises(rik.LoadError, match="no robot called"):
+    with pytest.raises(rik.LoadError, match="no robot called|is no .urdf"):
         rik.load(name)
 
 

@@ -213,3 +213,41 @@ def test_a_duration_that_is_no_positive_number_is_refused(seconds):
         rik.Keypoints(np.eye(4)[None], seconds)
     with pytest.raises(rik.InputError, match="must be > 0"):
         rik.OutAndBack(np.eye(4), (1, 0, 0), travel=seconds)
+
+
+def test_a_controller_with_dt_keeps_the_memory_of_its_inverse():
+    robot = rik.load("panda")
+    task = rik.FrameTask(robot.pose(robot.integrate(robot.rest, 0.1 * np.ones(7))))
+    once = rik.VelocityController(robot, rik.FilteredInverse(rate=5.0))
+    run = rik.VelocityController(robot, rik.FilteredInverse(rate=5.0), dt=0.01)
+    by_hand = rik.FilteredInverse(rate=5.0).begin(0.01)
+    other = rik.load("panda").random(np.random.default_rng(1))
+    for q in (robot.rest, other, robot.rest):
+        equation = task.equation(robot, q)
+        assert_allclose(run.step(q, task).qdot, by_hand.solve(equation.J, equation.xdot))
+    assert not np.allclose(once.step(other, task).qdot, run.step(other, task).qdot)
+
+
+@pytest.mark.parametrize("robot, inverse, match", [
+    ("panda", rik.JParse(), "robot must be a Robot, as rik.load gives it, got 'panda'"),
+    (None, rik.JParse, r"inverse must be a robust inverse such as JParse\(\), got <class"),
+    (None, "JParse", "inverse must be a robust inverse"),
+])  # fmt: skip
+def test_the_wrong_kind_of_thing_is_refused(robot, inverse, match):
+    with pytest.raises(rik.InputError, match=match):
+        rik.VelocityController(robot or rik.load("panda"), inverse)
+
+
+def test_a_path_must_be_callable():
+    robot = rik.load("planar_2r")
+    with pytest.raises(rik.InputError, match="path must be a function"):
+        rik.simulate(robot, rik.JParse(), np.eye(4), [0, 1], duration=1)
+
+
+def test_the_speed_ratio_is_the_worst_joints():
+    robot = rik.load("panda")
+    run = rik.simulate(robot, rik.JParse(), lambda t: robot.pose(robot.neutral), robot.rest, duration=0.1, dt=0.01)
+    assert run.largest_speed_ratio == (np.abs(run.qdot) / robot.velocity_limit).max()
+    free = rik.load("planar_2r")
+    still = rik.simulate(free, rik.JParse(), lambda t: np.eye(4), [0.1, 1], duration=0.1, dt=0.01)
+    assert still.largest_speed_ratio == 0

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from robust_ik import InputError, null_projector, stability, svd
+from robust_ik import InputError, load, null_projector, stability, svd
 from robust_ik.inverses import (
     DampedLeastSquares,
     DulebaClamp,
@@ -328,3 +328,11 @@ def test_where_nothing_pulls_nothing_swings():
 def test_what_cannot_be_meant_is_refused(call, match):
     with pytest.raises(InputError, match=match):
         call()
+
+
+def test_the_bounds_take_what_sigma_rate_gives():
+    robot = load("planar_2r")
+    q = np.array([0.3, 0.0])
+    rate = stability.sigma_rate(robot.jacobian(q), robot.hessian(q))
+    slope = stability.slope_at_zero(DampedLeastSquares(0.01), 2.236)
+    assert stability.critical_dt(slope, rate, 0.02) > 0

@@ -232,7 +232,7 @@ def test_an_unknown_tip_is_refused_and_names_are_offered():
 
 def test_several_longest_chains_are_an_error_that_lists_them():
     text = urdf(*TWO, joint("j3", parent="b", child="d"), links="abcd")
-    with pytest.raises(rik.TipError, match="2 chains of 2 joints; give tip=, one of: c, d"):
+    with pytest.raises(rik.TipError, match="2 chains of 2 joints; give a tip .*, one of: c, d"):
         rik.Robot.from_description(parse_urdf(text))
 
 
@@ -510,3 +510,19 @@ def test_files_that_cannot_be_read_are_refused(tmp_path):
     for path in ("x" * 5000 + ".urdf", "~nobody_of_that_name/x.urdf", tmp_path):
         with pytest.raises(rik.LoadError):
             read_urdf(path)
+
+
+def test_limits_that_seem_degrees_are_asked_about():
+    inside = '<limit lower="-170" upper="170" velocity="1" effort="1"/>'
+    assert "are they degrees?" in parse_urdf(urdf(joint(inside=inside), TWO[1])).notes[0]
+
+
+def test_a_relative_path_that_leaves_a_folder_that_is_no_package_is_reported(tmp_path):
+    (tmp_path / "arm").mkdir()
+    (tmp_path / "m.stl").write_text("solid")
+    visual = "<visual><geometry><mesh filename='../m.stl'/></geometry></visual>"
+    (tmp_path / "arm" / "a.urdf").write_text(f"<robot name='a'><link name='a'>{visual}</link></robot>")
+    found = read_urdf(tmp_path / "arm" / "a.urdf").visuals[0].shape
+    assert found.path is None
+    assert "--package-dir" in found.problem
+    assert read_urdf(tmp_path / "arm" / "a.urdf", [tmp_path]).visuals[0].shape.path is not None

@@ -93,7 +93,10 @@ def draw_robot(visualizer: Visualizer, robot: Robot, q: ArrayLike | None = None)
     visualizer.delete()
     pencil = _Pencil(visualizer, robot)
     missing = tuple(pencil.draw_visuals())
-    bare = {lost.link for lost in missing} if robot.description.visuals else robot.description.links
+    seen = {visual.link for visual in robot.description.visuals} - {lost.link for lost in missing}
+    # Where shapes are missing, what has none is drawn too: else the arm would end in mid-air.
+    whole = bool(missing) or not robot.description.visuals
+    bare = set(robot.description.links) - seen if whole else set()
     pencil.draw_stand_ins(link for link in robot.description.links if link in bare)
     nodes = {link: name for link, name in pencil.names.items() if link in pencil.corners}
     corners = {link: _box_corners(np.concatenate(boxes)) for link, boxes in pencil.corners.items()}

@@ -35,7 +35,7 @@ _LEGEND = (
 
 def write_html(
     path: str | Path,
-    trajectories: Mapping[str, Trajectory] | Sequence[Trajectory],
+    trajectories: Mapping[str, Trajectory] | Sequence[Trajectory] | Trajectory,
     *,
     title: str = "",
     text: str = "",
@@ -58,6 +58,8 @@ def write_html(
     Raises:
         InputError: There is no run, the runs are of different robots, or the path is a folder.
     """
+    if isinstance(trajectories, Trajectory):
+        trajectories = [trajectories]
     return write_file(path, report_page(trajectories, title=title, text=text, gamma=gamma))
 
 
