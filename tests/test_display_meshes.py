@@ -9,10 +9,12 @@ import trimesh
 from numpy.testing import assert_allclose
 
 from robust_ik.description import Mesh
-from robust_ik.display import meshes
+from robust_ik.display import Scene, draw_robot, meshes
 from robust_ik.display.meshes import UnreadableMeshError, read_mesh
 from robust_ik.display.resolver import ConfinedResolver
 from robust_ik.display.triangles import Triangles, signed_volume, tidy
+from robust_ik.robot import Robot
+from robust_ik.urdf import parse_urdf
 
 RED = (1.0, 0.0, 0.0, 1.0)
 SUFFIXES = (".stl", ".dae", ".obj", ".ply", ".glb", ".gltf", ".off")
@@ -285,3 +287,16 @@ def test_vertices_that_are_not_finite_go_with_their_faces():
     mesh = tidy(Triangles.of(vertices, [[0, 1, 2], [0, 1, 3]]))
     assert len(mesh.faces) == 1
     assert len(tidy(Triangles.of(vertices, [[0, 1, 3]])).faces) == 0
+
+
+def test_where_meshes_are_missing_links_without_shapes_are_drawn_too():
+    """Else the arm would end in mid-air: here the first link's mesh is missing and the second has no visual."""
+    links = '<link name="a"><visual><geometry><mesh filename="gone.stl"/></geometry></visual></link><link name="b"/>'
+    joints = "".join(
+        f'<joint name="j{child}" type="revolute"><parent link="{parent}"/><child link="{child}"/>'
+        '<origin xyz="0 0 1"/><axis xyz="0 1 0"/><limit lower="-1" upper="1" velocity="1" effort="1"/></joint>'
+        for parent, child in ("ab", "bc")
+    )
+    robot = Robot.from_description(parse_urdf(f'<robot name="r">{links}<link name="c"/>{joints}</robot>'))
+    drawn = draw_robot(Scene()["robot"], robot)
+    assert {"a", "b"} <= set(drawn.nodes)
