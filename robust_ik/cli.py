@@ -27,6 +27,8 @@ from robust_ik.urdf import read_urdf
 
 RUNNABLE = [each for each in CLASSES if each is not Weighted]
 """What can be run by name, with its default parameters: Weighted wraps another."""
+WIDE = 150
+"""Terminal columns from which tables show all they have."""
 SHOWN_FIRST = ("MoorePenrose", "DampedLeastSquares", "JParse")
 METHOD_HELP = f"An inverse that 'robust-ik inverses' lists, but Weighted. Repeatable; default {', '.join(SHOWN_FIRST)}."
 
@@ -205,7 +207,7 @@ def inverses(
         for each in chosen:
             console.print(report.inverse_details(each), "")
     else:
-        console.print(report.inverses_table(chosen))
+        console.print(report.inverses_table(chosen, wide=console.width >= WIDE))
         console.print("'robust-ik inverses NAME' tells what one promises and its parameters.")
 
 

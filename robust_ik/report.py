@@ -54,14 +54,14 @@ def _small(error: float) -> str:
     return f"{error:.1f}" if error >= 0.05 else f"{error:.0e}" if error > 1e-9 else "0"
 
 
-def inverses_table(classes: Iterable[type[RobustInverse]]) -> Table:
-    """One line per inverse: what it solves and where it is from."""
-    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    table.add_column("inverse", no_wrap=True)
-    table.add_column(INVERSE_COLUMNS[1], ratio=2)
-    table.add_column("source", ratio=1)
-    for each in classes:
-        table.add_row(each.__name__, escape(each.card.formula), escape(each.source))
+def inverses_table(classes: Iterable[type[RobustInverse]], *, wide: bool) -> Table:
+    """One row per inverse with all it promises; if not wide, only what it solves and where it is from."""
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), show_lines=False)
+    shown = range(len(INVERSE_COLUMNS)) if wide else (0, 1, len(INVERSE_COLUMNS) - 1)
+    for column in shown:
+        table.add_column(INVERSE_COLUMNS[column], no_wrap=column == 0, ratio=0 if column == 0 else 1)
+    for row in _inverse_rows(classes):
+        table.add_row(*(escape(row[column]) for column in shown))
     return table
 
 

@@ -171,9 +171,11 @@ def test_inverses_lists_every_inverse_with_its_promises(command):
     assert status == 0
     for each in CLASSES:
         assert each.__name__ in out
-    narrow = command("inverses", "edls", "JPARSE")[1]
-    assert "EDLS" in narrow
-    assert "Halley" not in narrow
+    assert "largest gain" in out
+    chosen = command("inverses", "edls", "JPARSE")[1]
+    assert "EDLS" in chosen
+    assert "gamma" in chosen
+    assert "Halley" not in chosen
 
 
 def test_inverses_prints_the_table_of_the_readme_and_draws_the_gains(command, tmp_path):
