@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,12 +56,14 @@ class VelocityController:
         posture: What to do with redundancy, if anything.
         dt: Seconds between steps. An inverse with a memory (`FilteredInverse`, `KelmarKhosla`, `MaciejewskiKlein`) or
             that looks ahead (`Halley`) needs it: one controller is then one run. Without it each step is a first one.
+        projector: From J to the projector of the posture's motion, (n, n); that of an ablation, to compare with.
     """
 
     robot: Robot
     inverse: RobustInverse
     posture: Posture | None = None
     dt: float | None = None
+    projector: Callable[[ArrayLike], Array] = null_projector
 
     def __post_init__(self) -> None:
         if not isinstance(self.robot, Robot):
@@ -86,5 +89,5 @@ class VelocityController:
         equation = task.equation(self.robot, q, hessian=self.inverse.needs_hessian)
         qdot = self.inverse.velocity(equation)
         if self.posture is not None:
-            qdot = qdot + null_projector(equation.J) @ self.posture.qdot(self.robot, q)
+            qdot = qdot + self.projector(equation.J) @ self.posture.qdot(self.robot, q)
         return Resolution(qdot=qdot, residual=equation.xdot - equation.J @ qdot)

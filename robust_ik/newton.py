@@ -97,8 +97,10 @@ def newton(
     target = _vector(target, "target", None)
     step = checked_parameter("step", step, above=0)
     tolerance = checked_parameter("tolerance", tolerance, above=0)
-    if step > 1 or max_iterations < 0:
-        raise InputError(f"step ≤ 1 and max_iterations ≥ 0 must hold, got {step!r} and {max_iterations!r}")
+    whole = isinstance(max_iterations, (int, np.integer)) and not isinstance(max_iterations, bool)
+    if step > 1 or not whole or max_iterations < 0:
+        given = f"{step!r} and {max_iterations!r}"
+        raise InputError(f"step ≤ 1 and a whole number max_iterations ≥ 0 must hold, got {given}")
     if inverse.needs_hessian and hessian is None:
         raise InputError(f"{inverse!r} needs the Hessian: pass hessian=")
     driver = inverse.begin(step)

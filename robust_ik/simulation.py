@@ -13,7 +13,7 @@ from robust_ik.checks import Array, as_array, checked_parameter, readonly
 from robust_ik.controller import Posture, VelocityController
 from robust_ik.errors import InputError
 from robust_ik.inverses import RobustInverse
-from robust_ik.linalg import svd
+from robust_ik.linalg import null_projector, svd
 from robust_ik.paths import Path
 from robust_ik.robot import Robot
 from robust_ik.rows import ROWS
@@ -92,6 +92,7 @@ def simulate(
     max_linear: float = np.inf,
     max_angular: float = np.inf,
     posture: Posture | None = None,
+    projector: Callable[[ArrayLike], Array] = null_projector,
     progress: Callable[[int, int], None] | None = None,
 ) -> Trajectory:
     """Follows a moving target with proportional feedback, explicit Euler, no joint limits.
@@ -107,6 +108,7 @@ def simulate(
         max_linear: Cap on the position error, m.
         max_angular: Cap on the rotation error, rad.
         posture: What to do with redundancy.
+        projector: From J to the projector of the posture's motion; see `VelocityController`.
         progress: Called with (steps done, steps in all).
 
     Raises:
@@ -119,7 +121,7 @@ def simulate(
     steps = _number_of_steps(duration, dt)
     if not callable(path):
         raise InputError(f"path must be a function from seconds to a pose, got {type(path).__name__}")
-    controller = VelocityController(robot, inverse, posture, dt)
+    controller = VelocityController(robot, inverse, posture, dt, projector)
     rows = [ROWS.index(row) for row in robot.rows]
     record = _Record(steps, robot)
     for i in range(steps):

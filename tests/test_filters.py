@@ -408,14 +408,14 @@ def test_jparse_is_its_assembled_matrices(rng):
 
 @given(spectra, st.floats(1e-3, 0.999))
 def test_jparse_is_esrim_with_the_floor_rule_and_a_relative_threshold(s, gamma):
-    if s[0] < 1e-100:
+    if gamma * s[0] < 1e-99:
         return
     assert_allclose(JParse(gamma).gains(s), ESRIM(gamma * s[0]).gains(s), rtol=1e-12, atol=1e-300)
 
 
 @given(spectra, st.floats(1e-3, 0.999))
 def test_relative_levels_are_absolute_ones_at_gamma_sigma_max(s, gamma):
-    if s[0] < 1e-100:
+    if gamma * s[0] < 1e-99:
         return
     assert_allclose(DulebaClamp(gamma=gamma).gains(s), DulebaClamp(gamma * s[0]).gains(s), rtol=1e-12)
     assert_allclose(TruncatedSVD(gamma=gamma).gains(s), TruncatedSVD(gamma * s[0]).gains(s), rtol=1e-12)
@@ -695,3 +695,18 @@ def test_the_default_tolerance_counts_rounding_as_zero(rng):
         J = matrix([1, 0.5, 0.0], 3, 3, rng)
         assert np.linalg.norm(MoorePenrose().matrix(J), 2) < 2.1
     assert RANK_TOLERANCE < 1e-12
+
+
+def test_a_sigmoid_that_damps_nothing_is_refused():
+    with pytest.raises(rik.InputError, match="at most 600 times slope"):
+        Sigmoid(shift=1.0, slope=1e-3)
+
+
+@pytest.mark.parametrize("squared", [True, False])
+def test_the_bound_of_adaptive_damping_holds_where_w_rounds_at_its_threshold(squared):
+    inverse = NakamuraHanafusa(squared=squared)
+    for sigma_max, count in [(5000.0, 6), (2.0, 6), (50.0, 4)]:
+        undamped = inverse.manipulability_threshold / sigma_max ** (count - 1)
+        met = inverse.gains([sigma_max] * (count - 1) + [undamped * 1.000001])[-1]
+        assert met <= inverse.largest_gain(sigma_max, count) * (1 + 1e-9)
+        assert inverse.largest_gain(sigma_max, count) >= 0.99 / undamped

@@ -207,3 +207,16 @@ def test_what_cannot_be_meant_is_refused(change, match):
     given = {"kinematics": line, "jacobian": lambda q: [[2.0]], "inverse": MoorePenrose(), "q0": [0.0], "target": [2.0]}
     with pytest.raises(InputError, match=match):
         newton(**{**given, **change})
+
+
+@pytest.mark.parametrize("cap", [np.nan, np.inf, 2.5, True, -1])
+def test_a_cap_that_is_no_count_is_refused(cap):
+    with pytest.raises(rik.InputError, match="whole number max_iterations"):
+        rik.newton(lambda q: q, lambda q: np.eye(1), rik.JParse(), [0.0], [1.0], max_iterations=cap)
+
+
+def test_a_weighted_inverse_is_stuck_where_the_one_inside_is():
+    robot = rik.load("planar_2r")
+    for inverse in (rik.JParse(), rik.Weighted(rik.JParse(), joint_weights=[1.0, 1.0])):
+        result = rik.newton(lambda q: robot.pose(q)[:2, 3], robot.jacobian, inverse, [0.0, 0.0], [1.0, 0.0])
+        assert result.status is rik.NewtonStatus.STUCK

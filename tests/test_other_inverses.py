@@ -33,6 +33,7 @@ from robust_ik.inverses import (
     Weighted,
 )
 from robust_ik.problem import TaskEquation
+from tests.cases_others import OTHER_CASES
 from tests.test_linalg import matrix
 
 SHAPES = [(1, 1), (2, 2), (2, 5), (6, 6), (6, 7), (6, 3), (5, 1)]
@@ -956,3 +957,38 @@ def test_too_few_targets_and_an_arm_that_runs_away_are_refused():
             forward=lambda q: circle(q) if np.abs(q).max() < 1e30 else np.full(2, np.nan),
             jacobian=circle_jacobian,
         )
+
+
+# Found by attacking the family
+
+
+@pytest.mark.parametrize("inverse", OTHER_CASES, ids=repr)
+def test_leading_axes_that_do_not_fit_are_refused(inverse, rng):
+    with pytest.raises(rik.InputError, match="do not broadcast"):
+        inverse.solve(rng.normal(size=(2, 6, 7)), rng.normal(size=(3, 6)))
+
+
+def test_kelmar_khosla_is_calm_while_moving_inside_a_singular_stratum():
+    robot = rik.load("panda")
+    run, speeds = KelmarKhosla().begin(0.01), []
+    for i in range(30):
+        q = robot.configuration([0.01 * i, 0, 0, 0, 0, 0, 0])
+        speeds.append(np.abs(run.solve(robot.jacobian(q), [0, 0, 0.1, 0, 0, 0])).max())
+    assert_allclose(speeds, speeds[0], rtol=0.05)
+
+
+@pytest.mark.parametrize("inverse", [FilteredInverse(), KelmarKhosla(), MaciejewskiKlein()], ids=repr)
+def test_a_run_begins_anew(inverse, rng):
+    J, xdot = rng.normal(size=(5, 4, 6)), rng.normal(size=4)
+    run = inverse.begin(0.01)
+    first = [run.solve(each, xdot) for each in J]
+    again = run.begin(0.01)
+    assert_allclose([again.solve(each, xdot) for each in J], first)
+
+
+@pytest.mark.parametrize("inverse", [Weighted(JParse(), joint_weights=[1, 2, 3, 4.0]), Halley(horizon=0.01)], ids=repr)
+def test_velocities_of_a_batch_are_those_of_a_loop(inverse, rng):
+    J, xdot, H = rng.normal(size=(5, 3, 4)), rng.normal(size=(5, 3)), rng.normal(size=(5, 3, 4, 4))
+    batch = inverse.velocity(TaskEquation(J, xdot, 0.1 * xdot, H))
+    loop = [inverse.velocity(TaskEquation(J[i], xdot[i], 0.1 * xdot[i], H[i])) for i in range(5)]
+    assert_allclose(batch, loop, atol=1e-12)

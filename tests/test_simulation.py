@@ -251,3 +251,15 @@ def test_the_speed_ratio_is_the_worst_joints():
     free = rik.load("planar_2r")
     still = rik.simulate(free, rik.JParse(), lambda t: np.eye(4), [0.1, 1], duration=0.1, dt=0.01)
     assert still.largest_speed_ratio == 0
+
+
+def test_the_projector_of_an_ablation_can_be_compared_with():
+    robot = rik.load("panda")
+    ablation = rik.inverses.jacobian_projection(gamma=0.1)
+    posture = rik.Posture(robot.neutral)
+    task = rik.FrameTask(robot.pose(robot.rest))
+    theirs = rik.VelocityController(robot, ablation.inverse, posture, projector=ablation.null_projector)
+    q = robot.configuration([0.1, 0.2, 0.1, -0.05, 0.1, 0.1, 0.2])
+    J = robot.jacobian(q)
+    free = theirs.step(q, task).qdot - ablation.inverse.solve(J, task.equation(robot, q).xdot)
+    assert_allclose(free, ablation.null_projector(J) @ posture.qdot(robot, q), atol=1e-12)

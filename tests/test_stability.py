@@ -12,6 +12,7 @@ from robust_ik.inverses import (
     MoorePenrose,
     SingularValueFilter,
     TruncatedSVD,
+    Weighted,
 )
 from tests.test_linalg import matrix
 
@@ -336,3 +337,11 @@ def test_the_bounds_take_what_sigma_rate_gives():
     rate = stability.sigma_rate(robot.jacobian(q), robot.hessian(q))
     slope = stability.slope_at_zero(DampedLeastSquares(0.01), 2.236)
     assert stability.critical_dt(slope, rate, 0.02) > 0
+
+
+def test_what_has_no_gain_is_refused_and_what_gives_nothing_is_always_stable():
+    with pytest.raises(InputError, match="only a singular-value filter"):
+        stability.largest_stable_gain(Weighted(JParse()), 0.01, 1.0)
+    with pytest.raises(InputError, match="only a singular-value filter"):
+        stability.slope_at_zero(Weighted(JParse()), 1.0)
+    assert stability.largest_stable_gain(TruncatedSVD(threshold=2.0), 0.01, 1.0) == np.inf

@@ -17,7 +17,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.checks import Array, as_array, check_leading_axes
+from robust_ik.checks import Array
+from robust_ik.inverses.pieces import apply_gains
 from robust_ik.linalg import svd
 from robust_ik.problem import TaskEquation
 
@@ -155,10 +156,7 @@ class SingularValueFilter(RobustInverse):
     def solve(self, J: ArrayLike, xdot: ArrayLike) -> Array:
         """Joint velocities V diag(φ(σ)) Uᵀ ẋ; see `RobustInverse.solve`."""
         decomposition = svd(J)
-        xdot = as_array(xdot, "xdot", (decomposition.U.shape[-2],))
-        check_leading_axes("J", decomposition.s.shape[:-1], "xdot", xdot.shape[:-1])
-        components = np.einsum("...mk,...m->...k", decomposition.U, xdot)
-        return np.asarray(np.einsum("...kn,...k->...n", decomposition.Vt, self.gains(decomposition.s) * components))
+        return apply_gains(decomposition, self.gains(decomposition.s), xdot)
 
     def matrix(self, J: ArrayLike) -> Array:
         """The inverse J# itself, (..., n, m)."""

@@ -9,11 +9,10 @@ from typing import ClassVar, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.checks import Array, as_array, checked_parameter
+from robust_ik.checks import Array, as_array, check_leading_axes, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card, RobustInverse
-from robust_ik.inverses.error_damped import apply_gains
-from robust_ik.inverses.pieces import damped_gain
+from robust_ik.inverses.pieces import apply_gains, damped_gain
 from robust_ik.linalg import SMALLEST_SIGMA, svd
 
 Variant = Literal["plain", "scaled", "floored"]
@@ -65,6 +64,7 @@ class DulebaAdditive(RobustInverse):
         scale = self._row_scale(J)
         decomposition = svd(J / scale[..., None])
         xdot = as_array(xdot, "xdot", (J.shape[-2],))
+        check_leading_axes("J", J.shape[:-2], "xdot", xdot.shape[:-1])
         return apply_gains(decomposition, damped_gain(decomposition.s, self.squared_damping), xdot / scale)
 
     def _row_scale(self, J: Array) -> Array:

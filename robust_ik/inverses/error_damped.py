@@ -10,19 +10,12 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.checks import Array, as_array, checked_parameter
+from robust_ik.checks import Array, as_array, check_leading_axes, checked_parameter
 from robust_ik.inverses.base import Card, RobustInverse
 from robust_ik.inverses.damped_least_squares import DampedLeastSquares
-from robust_ik.inverses.pieces import damped_gain
-from robust_ik.linalg import RANK_TOLERANCE, ThinSVD, svd
+from robust_ik.inverses.pieces import apply_gains, damped_gain
+from robust_ik.linalg import RANK_TOLERANCE, svd
 from robust_ik.problem import TaskEquation
-
-
-def apply_gains(decomposition: ThinSVD, gains: Array, xdot: ArrayLike) -> Array:
-    """V diag(φ) Uᵀ ẋ, (..., n), for gains φ (..., k) and ẋ (..., m)."""
-    xdot = as_array(xdot, "xdot", (decomposition.U.shape[-2],))
-    components = np.einsum("...mk,...m->...k", decomposition.U, xdot)
-    return np.asarray(np.einsum("...kn,...k->...n", decomposition.Vt, gains * components))
 
 
 def half_square(error: Array) -> Array:
@@ -53,6 +46,8 @@ class ErrorDamped(RobustInverse):
         decomposition = svd(J)
         rows = decomposition.U.shape[-2]
         xdot, error = as_array(xdot, "xdot", (rows,)), as_array(error, "error", (rows,))
+        check_leading_axes("J", decomposition.s.shape[:-1], "xdot", xdot.shape[:-1])
+        check_leading_axes("J", decomposition.s.shape[:-1], "error", error.shape[:-1])
         s, squared = decomposition.s, self.squared_damping(error)[..., None]
         # Without an error nothing is damped; then rounding must not pass for a singular value.
         kept = np.hypot(s, np.sqrt(squared)) > RANK_TOLERANCE * s[..., :1]

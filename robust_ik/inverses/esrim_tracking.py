@@ -100,5 +100,5 @@ class TrackingLoop:
             steps.append(inverse.solve(jacobian(qs[-1]), wanted))
             qs.append(integrate(qs[-1], steps[-1]))
             errors.append(difference(following, forward(qs[-1])))
-        error = readonly(errors)
+        error = readonly(as_array(errors, "the error", (None, None)))
         return TrackingReport(readonly(qs), readonly(steps), error, readonly(0.5 * np.sum(error**2, axis=-1)))

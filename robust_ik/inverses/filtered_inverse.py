@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.checks import Array, as_array, checked_parameter
+from robust_ik.checks import Array, as_array, check_leading_axes, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card, RobustInverse, SingularValueFilter
 from robust_ik.inverses.damped_least_squares import DampedLeastSquares
@@ -102,9 +102,13 @@ class _Run(RobustInverse):
         self.inverse, self.dt = inverse, dt
         self._theta: Array | None = None
 
+    def begin(self, dt: float) -> RobustInverse:
+        return self.inverse.begin(dt)
+
     def solve(self, J: ArrayLike, xdot: ArrayLike) -> Array:
         J = as_array(J, "J", (None, None))
         xdot = as_array(xdot, "xdot", (J.shape[-2],))
+        check_leading_axes("J", J.shape[:-2], "xdot", xdot.shape[:-1])
         shape = np.swapaxes(J, -1, -2).shape
         if self._theta is None:
             theta = self.inverse.start(J)

@@ -73,7 +73,7 @@ class Halley(RobustInverse):
         m, n = equation.J.shape[-2:]
         H = as_array(equation.hessian, "hessian", (m, n, n))
         wanted = equation.error if self.horizon is None else self.horizon * np.asarray(equation.xdot)
-        bent = equation.J + 0.5 * (H @ self.inverse.solve(equation.J, wanted))
+        bent = equation.J + 0.5 * np.einsum("...ijk,...k->...ij", H, self.inverse.solve(equation.J, wanted))
         return self.inverse.solve(bent, equation.xdot)
 
     def begin(self, dt: float) -> RobustInverse:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from robust_ik.checks import Array, as_array, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card, RobustInverse
-from robust_ik.inverses.error_damped import apply_gains
+from robust_ik.inverses.pieces import apply_gains
 from robust_ik.inverses.weighted import check_linear_rows, leading_rows
 from robust_ik.linalg import null_projector, svd
 

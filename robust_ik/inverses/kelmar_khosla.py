@@ -12,9 +12,8 @@ from robust_ik.checks import Array, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card, RobustInverse
 from robust_ik.inverses.damped_least_squares import DampedLeastSquares
-from robust_ik.inverses.error_damped import apply_gains
-from robust_ik.inverses.pieces import damped_gain
-from robust_ik.linalg import svd
+from robust_ik.inverses.pieces import apply_gains, damped_gain
+from robust_ik.linalg import RANK_TOLERANCE, svd
 
 
 @dataclass(frozen=True)
@@ -82,6 +81,9 @@ class _Run(RobustInverse):
         self.inverse = inverse
         self._last: Array | None = None
 
+    def begin(self, dt: float) -> RobustInverse:
+        return self.inverse.begin(dt)
+
     def solve(self, J: ArrayLike, xdot: ArrayLike) -> Array:
         decomposition = svd(J)
         now = _log_manipulability(decomposition.s)
@@ -96,7 +98,7 @@ class _Run(RobustInverse):
 
 def _log_manipulability(s: Array) -> Array:
     """Log Πσ, which neither overflows nor underflows; −∞ at a singularity."""
-    zero = s == 0
+    zero = s <= RANK_TOLERANCE * s[..., :1]  # rounding, whose ratios mean nothing
     return np.asarray(np.where(zero.any(axis=-1), -np.inf, np.log(np.where(zero, 1.0, s)).sum(axis=-1)))
 
 

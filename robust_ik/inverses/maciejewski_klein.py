@@ -12,8 +12,7 @@ from robust_ik.checks import Array, as_array, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card, RobustInverse
 from robust_ik.inverses.damped_least_squares import DampedLeastSquares
-from robust_ik.inverses.error_damped import apply_gains
-from robust_ik.inverses.pieces import damped_gain, fading_damping
+from robust_ik.inverses.pieces import apply_gains, damped_gain, fading_damping
 from robust_ik.inverses.weighted import check_whole
 from robust_ik.linalg import SMALLEST_SIGMA, svd
 
@@ -126,6 +125,9 @@ class _Run(RobustInverse):
     def __init__(self, inverse: MaciejewskiKlein) -> None:
         self.inverse = inverse
         self._tracked = SmallestSingularValues(inverse.directions, inverse.shift)
+
+    def begin(self, dt: float) -> RobustInverse:
+        return self.inverse.begin(dt)
 
     def solve(self, J: ArrayLike, xdot: ArrayLike) -> Array:
         J = as_array(J, "J", (None, None))

@@ -91,9 +91,11 @@ class NakamuraHanafusa(SingularValueFilter):
         if undamped == 0:
             return math.inf
         undamped = min(undamped, LARGE_SIGMA)
-        candidates = [undamped * self._peak(undamped), undamped, sigma_max]
+        candidates = [undamped * self._peak(undamped), sigma_max]
         others = [sigma_max] * (count - 1)
-        return max(float(self.gains([*others, sigma])[-1]) for sigma in candidates if sigma <= sigma_max)
+        found = [float(self.gains([*others, sigma])[-1]) for sigma in candidates if sigma <= sigma_max]
+        # At w₀ itself nothing is added; evaluated there, w would be rounded.
+        return max(found + ([1 / undamped] if undamped <= sigma_max else []))
 
     def _peak(self, undamped: float) -> float:
         """The maximum in (0, 1) of x/(a² x² + k(x)), where x is w/w₀ and a the σ from which it is undamped."""

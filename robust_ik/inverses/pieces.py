@@ -7,8 +7,9 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.checks import Array, checked_parameter
+from robust_ik.checks import Array, as_array, check_leading_axes, checked_parameter
 from robust_ik.errors import InputError
+from robust_ik.linalg import ThinSVD
 
 
 def damped_gain(s: ArrayLike, squared_damping: ArrayLike) -> Array:
@@ -60,3 +61,11 @@ def falling_zero(function: Callable[[float], float], low: float, high: float) ->
         low, high = (middle, high) if function(middle) > 0 else (low, middle)
         middle = (low + high) / 2
     return middle
+
+
+def apply_gains(decomposition: ThinSVD, gains: Array, xdot: ArrayLike) -> Array:
+    """V diag(φ) Uᵀ ẋ, (..., n), for gains φ (..., k) and ẋ (..., m)."""
+    xdot = as_array(xdot, "xdot", (decomposition.U.shape[-2],))
+    check_leading_axes("J", decomposition.s.shape[:-1], "xdot", xdot.shape[:-1])
+    components = np.einsum("...mk,...m->...k", decomposition.U, xdot)
+    return np.asarray(np.einsum("...kn,...k->...n", decomposition.Vt, gains * components))

@@ -9,7 +9,7 @@ from typing import ClassVar, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.checks import Array, as_array, checked_parameter
+from robust_ik.checks import Array, as_array, check_leading_axes, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card, RobustInverse
 from robust_ik.inverses.weighted import check_linear_rows, leading_rows
@@ -69,6 +69,7 @@ class SDLS(RobustInverse):
         """The joint step (..., n) for the wanted step ẋ; see `RobustInverse.solve`."""
         J = as_array(J, "J", (None, None))
         xdot = as_array(xdot, "xdot", (J.shape[-2],))
+        check_leading_axes("J", J.shape[:-2], "xdot", xdot.shape[:-1])
         linear = leading_rows(self.linear_rows, J.shape[-2])
         scale = np.repeat([1.0, self.length_scale], [linear, J.shape[-2] - linear])
         J = scale[:, None] * J

@@ -10,8 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, checked_parameter
+from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card, SingularValueFilter
 from robust_ik.inverses.pieces import damped_gain, falling_zero
+
+STEEPEST = 600.0
+"""Of shift/slope: beyond it e^(−w/h) underflows."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +38,7 @@ class Sigmoid(SingularValueFilter):
         formula="σ/(σ² + Λ/(1 + e^((σ + w)/h)))",
         largest_gain="no closed form; 25.26 for the defaults",
         gain_at_zero="0",
-        exact="nowhere; within e^(−σ/h)",
+        exact="nowhere",
         continuity="continuous",
     )
     squared_damping: float = 0.001
@@ -45,6 +49,11 @@ class Sigmoid(SingularValueFilter):
         checked_parameter("squared_damping", self.squared_damping, above=0)
         checked_parameter("shift", self.shift, least=0)
         checked_parameter("slope", self.slope, above=0)
+        if self.shift > STEEPEST * self.slope:
+            raise InputError(
+                f"shift must be at most {STEEPEST:g} times slope, else nothing is damped, "
+                f"got {self.shift!r} and {self.slope!r}"
+            )
 
     def _added(self, s: Array) -> Array:
         # 1/(1 + eᶻ) without overflow.

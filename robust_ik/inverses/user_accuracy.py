@@ -8,12 +8,11 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.checks import Array, as_array, checked_parameter
+from robust_ik.checks import Array, as_array, check_leading_axes, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card, RobustInverse
 from robust_ik.inverses.chiaverini import largest_fading_gain
-from robust_ik.inverses.error_damped import apply_gains
-from robust_ik.inverses.pieces import damped_gain, fading_damping
+from robust_ik.inverses.pieces import apply_gains, damped_gain, fading_damping
 from robust_ik.linalg import svd
 
 
@@ -77,6 +76,7 @@ class UserDefinedAccuracy(RobustInverse):
         """Joint velocities (W J)# W ẋ; see `RobustInverse.solve`."""
         J = as_array(J, "J", (None, None))
         xdot = as_array(xdot, "xdot", (J.shape[-2],))
+        check_leading_axes("J", J.shape[:-2], "xdot", xdot.shape[:-1])
         d = self._direction(J.shape[-2])
         W = np.eye(d.size) - (1 - self.weight(J))[..., None, None] * np.outer(d, d)
         decomposition = svd(W @ J)

@@ -93,15 +93,16 @@ class Weighted(RobustInverse):
         H = equation.hessian
         scaled = TaskEquation(
             J=task @ equation.J @ joint,
-            xdot=task @ equation.xdot,
-            error=task @ equation.error,
-            hessian=None if H is None else np.einsum("ab,bcd,ci,dj->aij", task, H, joint, joint, optimize=True),
+            xdot=(task @ np.asarray(equation.xdot)[..., None])[..., 0],
+            error=(task @ np.asarray(equation.error)[..., None])[..., 0],
+            hessian=None if H is None else np.einsum("ab,...bcd,ci,dj->...aij", task, H, joint, joint, optimize=True),
         )
-        return np.asarray(joint @ self.inverse.velocity(scaled))
+        return np.asarray((joint @ self.inverse.velocity(scaled)[..., None])[..., 0])
 
     def begin(self, dt: float) -> RobustInverse:
         """Itself around what drives a run of the wrapped inverse."""
-        return replace(self, inverse=self.inverse.begin(dt))
+        driver = self.inverse.begin(dt)
+        return self if driver is self.inverse else replace(self, inverse=driver)
 
     def largest_gain(self, sigma_max: float) -> float:
         """A bound: the largest one of the wrapped inverse for what σ̃₁ can be, times ‖W_q^(−½)‖ ‖W_x‖.

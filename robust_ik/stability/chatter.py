@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, checked_parameter
 from robust_ik.derivatives import singular_value_gradients
+from robust_ik.errors import InputError
 from robust_ik.inverses import SingularValueFilter
 from robust_ik.linalg import svd
 from robust_ik.stability.probe import gains_at, grid, supremum
@@ -28,6 +29,8 @@ def slope_at_zero(inverse: SingularValueFilter, sigma_max: float) -> float:
         inverse: The filter.
         sigma_max: σ₁ > 0 near the singularity.
     """
+    if not isinstance(inverse, SingularValueFilter):
+        raise InputError(f"only a singular-value filter has a gain φ(σ) to probe, got {inverse!r}")
     sigma = checked_parameter("sigma_max", sigma_max, above=0) * np.array([1e-150, 1e-140])
     nearer, farther = gains_at(inverse, sigma_max, sigma) / sigma
     # A finite slope is the same at both; where φ(0⁺) > 0, or φ grows like a root, it is ever steeper.

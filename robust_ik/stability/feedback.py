@@ -5,6 +5,8 @@ K is a positive number in 1/s, or one per task row, (m,).
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -43,7 +45,9 @@ def largest_stable_gain(inverse: SingularValueFilter, dt: float, sigma_max: floa
 
     Source: J-PARSE, eq. (50), with the bound D UᵀKU D ≤ k D² in place of its appendix A.
     """
-    return 2 / (checked_parameter("dt", dt, above=0) * largest_share(inverse, sigma_max))
+    share = largest_share(inverse, sigma_max)
+    step = checked_parameter("dt", dt, above=0)
+    return 2 / (step * share) if share > 0 else math.inf
 
 
 def largest_stable_dt(inverse: SingularValueFilter, gain: ArrayLike, sigma_max: float) -> float:

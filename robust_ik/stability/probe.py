@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from robust_ik.checks import Array, checked_parameter
+from robust_ik.errors import InputError
 from robust_ik.inverses import SingularValueFilter
 
 DECADES, PER_DECADE = 18, 60
@@ -21,6 +22,8 @@ Measure = Callable[[Array, Array], Array]
 
 def grid(inverse: SingularValueFilter, sigma_max: float) -> Array:
     """Singular values to probe, ascending, up to σ₁ = sigma_max, with both sides of every declared jump."""
+    if not isinstance(inverse, SingularValueFilter):
+        raise InputError(f"only a singular-value filter has a gain φ(σ) to probe, got {inverse!r}")
     sigma_max = checked_parameter("sigma_max", sigma_max, above=0)
     jumps = np.array([jump.sigma for jump in inverse.jumps(sigma_max)])
     sides = np.outer([1 - 1e-12, 1, 1 + 1e-12], jumps).ravel()
