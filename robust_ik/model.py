@@ -14,7 +14,7 @@ import pinocchio as pin
 
 from robust_ik.checks import Array
 from robust_ik.description import Description
-from robust_ik.errors import InputError, UrdfError
+from robust_ik.errors import InputError, TipError, UrdfError, listed
 from robust_ik.urdf import fix_joints
 
 REFERENCES = {
@@ -25,6 +25,26 @@ REFERENCES = {
 
 MAX_JOINTS = 200
 """Pinocchio's working memory grows with n³: 0.5 GB at 200 joints."""
+
+
+def joints_to_keep(description: Description, tip: str | None) -> set[str]:
+    """The joints that stay: those that move the tip (all for a whole tree), mimics with their sources."""
+    joints = description.joints if tip is None else description.chain(tip)
+    moving = [joint for joint in joints if joint.kind != "fixed"]
+    for joint in moving:
+        if joint.kind in ("floating", "planar"):
+            raise UrdfError(
+                f"{description.source}: joint {joint.name!r} is {joint.kind}; robust_ik moves fixed-base robots: "
+                f"make that joint fixed, or choose a tip that it does not move"
+            )
+    if not moving:
+        raise TipError(
+            f"no joint moves {tip!r} of {description.name}; frames that move: "
+            + listed([link for link in description.links if description.moving_joints(link)])
+            if tip is not None
+            else f"{description.name} has no joint that moves"
+        )
+    return {joint.name for joint in moving} | {description.driver[joint.name].source for joint in moving}
 
 
 def build_model(description: Description, keep: set[str]) -> pin.Model:

@@ -16,9 +16,9 @@ from numpy.typing import ArrayLike
 from robust_ik.checks import Array, as_array, check_leading_axes, readonly
 from robust_ik.description import Description
 from robust_ik.dh import DHTable
-from robust_ik.errors import FrameNotFoundError, InputError, TipError, UrdfError, listed, suggest
+from robust_ik.errors import FrameNotFoundError, InputError, TipError, listed, suggest
 from robust_ik.joints import JointMap
-from robust_ik.model import Kinematics, build_model
+from robust_ik.model import Kinematics, build_model, joints_to_keep
 from robust_ik.rows import ROWS, checked_rows
 from robust_ik.urdf import parse_urdf, read_urdf
 
@@ -120,7 +120,7 @@ class Robot:
         """A robot from a checked description; arguments and errors as for `from_urdf`."""
         if tip is None and not whole_tree:
             tip = description.longest_leaf()
-        keep = _joints_to_keep(description, None if whole_tree else tip)
+        keep = joints_to_keep(description, None if whole_tree else tip)
         model = build_model(description, keep)
         joints = JointMap.of(description, list(model.names)[1:])
         lower, upper, velocity = joints.limits(description, list(model.names)[1:])
@@ -306,23 +306,3 @@ class Robot:
         if name in self._kinematics.frames:
             return self._kinematics.frames[name]
         raise FrameNotFoundError(f"{self.name} has no frame {name!r}; {suggest(str(name), self.frames)}")
-
-
-def _joints_to_keep(description: Description, tip: str | None) -> set[str]:
-    """The joints that stay: those that move the tip (all for a whole tree), mimics with their sources."""
-    joints = description.joints if tip is None else description.chain(tip)
-    moving = [joint for joint in joints if joint.kind != "fixed"]
-    for joint in moving:
-        if joint.kind in ("floating", "planar"):
-            raise UrdfError(
-                f"{description.source}: joint {joint.name!r} is {joint.kind}; robust_ik moves fixed-base robots: "
-                f"make that joint fixed, or choose a tip that it does not move"
-            )
-    if not moving:
-        raise TipError(
-            f"no joint moves {tip!r} of {description.name}; frames that move: "
-            + listed([link for link in description.links if description.moving_joints(link)])
-            if tip is not None
-            else f"{description.name} has no joint that moves"
-        )
-    return {joint.name for joint in moving} | {description.driver[joint.name].source for joint in moving}
