@@ -5,13 +5,16 @@ PY := $(VENV)/bin/python
 PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11 python; do \
 	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' >/dev/null 2>&1 && { echo $$p; break; }; done)
 
-.PHONY: demo test check wheel clean
+.PHONY: demo test soak check wheel clean
 
 demo: $(VENV)/.ready
 	$(VENV)/bin/robust-ik demo --output out/demo.html
 
 test: $(VENV)/.ready
 	$(PY) -m pytest -n auto
+
+soak: $(VENV)/.ready
+	$(PY) -m tests.soak
 
 check: $(VENV)/.ready
 	$(VENV)/bin/ruff check .

@@ -1,25 +1,22 @@
 """Measures what every inverse makes of three motions: the table of docs/which_inverse.md.
 
-`python benchmarks/which_inverse.py` prints it; with `--write` it goes into the page.
+`python -m benchmarks.which_inverse` prints it; with `--write` it goes into the page.
 """
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 from rich.console import Console
 from rich.progress import track
 
 import robust_ik as rik
+from benchmarks.tables import markdown, parser, publish
 from robust_ik.inverses import CLASSES
 from robust_ik.paths import Path as Target
 from robust_ik.scenarios import stretch
 
-PAGE = Path(__file__).parents[1] / "docs" / "which_inverse.md"
-BEGIN, END = "<!-- measured: begin -->", "<!-- measured: end -->"
 REACHING = ("xarm7", "panda", "ur5", "kinova", "pa10", "puma560")
 COLUMNS = (
     "inverse", "far from singularities: error [mm]", "out of reach: peak [rad/s]", "… speed at rest [rad/s]",
@@ -39,7 +36,8 @@ def regular(inverse: rik.RobustInverse) -> list[float]:
 
     # What feedback alone lags behind a moving target is the same for all: the pseudo-inverse's is taken off.
     def error(each: rik.RobustInverse) -> np.ndarray:
-        return rik.simulate(robot, each, circle, robot.rest, duration=6, dt=0.01, gain=10).error[100:, :3]
+        motion = rik.Follow(circle, gain=10)
+        return rik.simulate(robot, each, motion, robot.rest, duration=6, dt=0.01, limits=()).error[100:, :3]
 
     return [1e3 * float(np.linalg.norm(error(inverse) - error(rik.MoorePenrose()), axis=-1).max())]
 
@@ -72,7 +70,7 @@ def _through_wrist(inverse: rik.RobustInverse, name: str, q: np.ndarray) -> rik.
         return q + np.array([0.1, 0, 0, 0, -0.4, 0]) * np.clip(t / 2 - 1, -1, 1)
 
     path: Target = lambda t: robot.pose(joints(t))  # noqa: E731
-    return rik.simulate(robot, inverse, path, joints(0), duration=6, dt=0.01, gain=10)
+    return rik.simulate(robot, inverse, rik.Follow(path, gain=10), joints(0), duration=6, dt=0.01, limits=())
 
 
 def measure(motions: tuple[Callable[[rik.RobustInverse], list[float]], ...]) -> list[tuple[str, ...]]:
@@ -86,16 +84,9 @@ def measure(motions: tuple[Callable[[rik.RobustInverse], list[float]], ...]) -> 
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--write", action="store_true", help="put the table into docs/which_inverse.md")
-    arguments = parser.parse_args()
-    rows = [COLUMNS, ("---", *("---:",) * (len(COLUMNS) - 1)), *measure((regular, reaching, wrist))]
-    table = "\n".join(f"| {' | '.join(row)} |" for row in rows)
-    print(table)
-    if arguments.write:
-        text = PAGE.read_text(encoding="utf-8")
-        before, after = text.split(BEGIN)[0], text.split(END)[1]
-        PAGE.write_text(f"{before}{BEGIN}\n{table}\n{END}{after}", encoding="utf-8")
+    arguments = parser(__doc__, "which_inverse.md").parse_args()
+    table = markdown(COLUMNS, measure((regular, reaching, wrist)))
+    publish(table, "which_inverse.md", "measured", write=arguments.write)
 
 
 if __name__ == "__main__":

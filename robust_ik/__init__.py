@@ -7,8 +7,9 @@ LOCAL_WORLD_ALIGNED: the tool's point, the world's axes. Arrays take leading bat
 from importlib.metadata import version as _version
 
 from robust_ik import evaluation, inverses, stability
-from robust_ik.controller import Posture, VelocityController
+from robust_ik.controller import VelocityController
 from robust_ik.derivatives import manipulability_gradient, singular_value_gradient, singular_value_gradients
+from robust_ik.description import Box, Cylinder, Sphere
 from robust_ik.dh import DHJoint, DHTable
 from robust_ik.dh_toml import read_dh
 from robust_ik.errors import (
@@ -49,13 +50,45 @@ from robust_ik.inverses import (
     UserDefinedAccuracy,
     Weighted,
 )
+from robust_ik.limits import CollisionLimit, HalfSpace, IgnoredPair, JointLimits, Limit, Obstacle, PairDistance
 from robust_ik.linalg import condition_number, lost_directions, manipulability, null_projector, svd
 from robust_ik.loading import load
+from robust_ik.measures import measure_bounds
 from robust_ik.newton import NewtonResult, NewtonStatus, newton
-from robust_ik.paths import Keypoints, OutAndBack
+from robust_ik.paths import Circle, Keypoints, Line, OutAndBack
+from robust_ik.resolution import LevelResult, Resolution, Status
+from robust_ik.resolvers import (
+    DecoupledPriority,
+    Limiter,
+    QuadraticProgram,
+    Resolver,
+    Saturation,
+    Scaling,
+    TaskPriority,
+    TaskReconstruction,
+    WeightedPriority,
+)
 from robust_ik.robot import Robot
-from robust_ik.simulation import Trajectory, simulate
-from robust_ik.tasks import FrameTask, pose_error
+from robust_ik.simulation import simulate
+from robust_ik.tasks import (
+    DampingTask,
+    DirectionTask,
+    Follow,
+    FrameTask,
+    JointTask,
+    ManipulabilityTask,
+    OrientationTask,
+    PositionTask,
+    PostureTask,
+    RelativeTask,
+    SingularValueTask,
+    Stack,
+    Task,
+    TwistCommand,
+    TwistTask,
+    pose_error,
+)
+from robust_ik.trajectory import Trajectory
 
 __version__ = _version("robust-ik")
 
@@ -63,48 +96,85 @@ __all__ = [
     "EDLS",
     "ESRIM",
     "SDLS",
+    "Box",
     "ChanLawrence",
     "Chiaverini",
     "ChiaveriniFiltering",
+    "Circle",
+    "CollisionLimit",
+    "Cylinder",
     "DHError",
     "DHJoint",
     "DHTable",
     "DampedLeastSquares",
+    "DampingTask",
+    "DecoupledPriority",
+    "DirectionTask",
     "DulebaAdditive",
     "DulebaClamp",
     "Explanation",
     "FilteredInverse",
+    "Follow",
     "FrameNotFoundError",
     "FrameTask",
+    "HalfSpace",
     "Halley",
+    "IgnoredPair",
     "InputError",
     "JParse",
     "JParsePositionFirst",
     "JParseWithGains",
+    "JointLimits",
+    "JointTask",
     "KelmarKhosla",
     "Keypoints",
+    "LevelResult",
+    "Limit",
+    "Limiter",
+    "Line",
     "LoadError",
     "MaciejewskiKlein",
+    "ManipulabilityTask",
     "MoorePenrose",
     "NakamuraHanafusa",
     "NewtonResult",
     "NewtonStatus",
+    "Obstacle",
+    "OrientationTask",
     "OutAndBack",
-    "Posture",
+    "PairDistance",
+    "PositionTask",
+    "PostureTask",
+    "QuadraticProgram",
+    "RelativeTask",
+    "Resolution",
+    "Resolver",
     "Robot",
     "RobotNotFoundError",
     "RobustIKError",
     "RobustInverse",
+    "Saturation",
+    "Scaling",
     "Sigmoid",
     "SingularValueFilter",
+    "SingularValueTask",
+    "Sphere",
+    "Stack",
+    "Status",
     "Sugihara",
+    "Task",
+    "TaskPriority",
+    "TaskReconstruction",
     "TipError",
     "Trajectory",
     "TruncatedSVD",
+    "TwistCommand",
+    "TwistTask",
     "UrdfError",
     "UserDefinedAccuracy",
     "VelocityController",
     "Weighted",
+    "WeightedPriority",
     "__version__",
     "condition_number",
     "evaluation",
@@ -114,6 +184,7 @@ __all__ = [
     "lost_directions",
     "manipulability",
     "manipulability_gradient",
+    "measure_bounds",
     "newton",
     "null_projector",
     "pose_error",

@@ -22,7 +22,7 @@ from robust_ik.inverses import CLASSES, RobustInverse, SingularValueFilter, Weig
 from robust_ik.loading import load
 from robust_ik.robot import Robot
 from robust_ik.scenarios import Scenario, stretch
-from robust_ik.simulation import Trajectory
+from robust_ik.trajectory import Trajectory
 from robust_ik.urdf import read_urdf
 
 RUNNABLE = [each for each in CLASSES if each is not Weighted]

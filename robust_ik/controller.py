@@ -1,93 +1,151 @@
-"""One control step: from a task at q to joint velocities."""
+"""One control step: from a stack of tasks at q to joint velocities within limits."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.checks import Array, as_array, checked_cap, checked_parameter, readonly
+from robust_ik.bounds import Bounds
+from robust_ik.checks import Array, as_array, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.inverses import RobustInverse
-from robust_ik.linalg import null_projector
-from robust_ik.problem import Resolution
+from robust_ik.limits import JointLimits, Limit
+from robust_ik.problem import TaskEquation, VelocityProblem, stacked
+from robust_ik.resolution import Resolution
+from robust_ik.resolvers import Resolver, TaskPriority
 from robust_ik.robot import Robot
-from robust_ik.tasks import FrameTask
+from robust_ik.tasks import Stack, Task, checked_stack
 
 
-@dataclass(frozen=True, eq=False)
-class Posture:
-    """A wish for the joints, met in the null space only: q̇₀ = cap(gain · (target − q)).
-
-    Attributes:
-        target: Configuration to drift to, (nq,).
-        gain: 1/s.
-        max_speed: Cap on every entry of q̇₀, rad/s or m/s.
-
-    Source: J-PARSE, eq. (54) and section VIII-B.
-    """
-
-    target: Array
-    gain: float = 1.0
-    max_speed: float = np.inf
-
-    def __post_init__(self) -> None:
-        target = as_array(self.target, "posture target", (None,))
-        if target.ndim != 1:
-            raise InputError(f"posture target must be one configuration, got shape {target.shape}")
-        object.__setattr__(self, "target", readonly(target))
-        checked_parameter("posture gain", self.gain, above=0)
-        checked_cap("posture max_speed", self.max_speed)
-
-    def qdot(self, robot: Robot, q: ArrayLike) -> Array:
-        """Wanted joint velocities, (n,)."""
-        return np.clip(self.gain * robot.difference(q, self.target), -self.max_speed, self.max_speed)
-
-
-@dataclass(frozen=True, eq=False)
 class VelocityController:
-    """Turns a task into joint velocities: q̇ = J# ẋ + (I − V Vᵀ) q̇₀.
+    """Turns a stack of tasks into joint velocities that respect limits, step after step.
+
+    A controller is one run: it remembers the velocities it gave, for acceleration limits, and what its inverses
+    remember. `reset` begins a new run.
 
     Attributes:
         robot: The robot.
-        inverse: The robust inverse.
-        posture: What to do with redundancy, if anything.
-        dt: Seconds between steps. An inverse with a memory (`FilteredInverse`, `KelmarKhosla`, `MaciejewskiKlein`) or
-            that looks ahead (`Halley`) needs it: one controller is then one run. Without it each step is a first one.
-        projector: From J to the projector of the posture's motion, (n, n); that of an ablation, to compare with.
+        resolver: What resolves levels and bounds.
+        limits: What is respected, the strongest first.
+        qdot: The joint velocities of the last step, (n,); at rest before the first.
     """
 
-    robot: Robot
-    inverse: RobustInverse
-    posture: Posture | None = None
-    dt: float | None = None
-    projector: Callable[[ArrayLike], Array] = null_projector
+    def __init__(
+        self,
+        robot: Robot,
+        resolver: Resolver | RobustInverse | None = None,
+        limits: Sequence[Limit] | Limit | None = None,
+    ) -> None:
+        """A controller at rest.
 
-    def __post_init__(self) -> None:
-        if not isinstance(self.robot, Robot):
-            raise InputError(f"robot must be a Robot, as rik.load gives it, got {self.robot!r}")
-        if not isinstance(self.inverse, RobustInverse):
-            raise InputError(f"inverse must be a robust inverse such as JParse(), got {self.inverse!r}")
-        if self.dt is not None:
-            object.__setattr__(self, "inverse", self.inverse.begin(checked_parameter("dt", self.dt, above=0)))
-        if self.posture is not None and self.posture.target.size != self.robot.nq:
-            raise InputError(
-                f"posture target must have length {self.robot.nq} for {self.robot.name}, got {self.posture.target.size}"
-            )
+        Args:
+            robot: The robot.
+            resolver: A resolver; an inverse stands for `TaskPriority` with it; default `TaskPriority(JParse())`.
+            limits: Limits; where they contradict each other, the first wins. Default the robot's own position and
+                speed limits, `JointLimits.of(robot)`; () for none.
 
-    def step(self, q: ArrayLike, task: FrameTask) -> Resolution:
-        """Joint velocities at q.
+        Raises:
+            InputError: Something is of another kind.
+        """
+        if not isinstance(robot, Robot):
+            raise InputError(f"robot must be a Robot, as rik.load gives it, got {robot!r}")
+        self.robot = robot
+        self.resolver = as_resolver(resolver)
+        self.limits = _checked_limits(robot, limits)
+        self.reset()
+
+    def reset(self, qdot: ArrayLike | None = None) -> None:
+        """Begins a new run.
+
+        Args:
+            qdot: Joint velocities that the robot has now, (n,); default at rest.
+        """
+        start = np.zeros(self.robot.n) if qdot is None else as_array(qdot, "qdot", (self.robot.n,))
+        if start.ndim != 1:
+            raise InputError(f"qdot must be the velocities of one configuration, got shape {start.shape}")
+        self.qdot = start.copy()
+        self._driver: Resolver | None = None
+
+    def step(self, q: ArrayLike, stack: Stack | Task, dt: float) -> Resolution:
+        """Joint velocities for the step from q.
 
         Args:
             q: Configuration, (nq,).
-            task: What is wanted.
+            stack: Levels of tasks, the most important first; one task stands for [[task]].
+            dt: Length of the step, s.
+
+        Returns:
+            Velocities, (n,), what each level got of what it wants, and the limits that act. That limits contradict each
+            other is a status, not an error.
+
+        Raises:
+            InputError: q is not one finite configuration, the stack is no list of lists of tasks, dt is not > 0.
+            FrameNotFoundError: A task names a frame that the robot does not have.
         """
-        if np.ndim(q) != 1:
-            raise InputError(f"a step takes one configuration, (nq,), got shape {np.shape(q)}")
-        equation = task.equation(self.robot, q, hessian=self.inverse.needs_hessian)
-        qdot = self.inverse.velocity(equation)
-        if self.posture is not None:
-            qdot = qdot + self.projector(equation.J) @ self.posture.qdot(self.robot, q)
-        return Resolution(qdot=qdot, residual=equation.xdot - equation.J @ qdot)
+        q = as_array(q, "q", ())
+        if q.ndim != 1:
+            raise InputError(f"a step takes one configuration, (nq,), got shape {q.shape}")
+        dt = checked_parameter("dt", dt, above=0)
+        if self._driver is None:
+            self._driver = self.resolver.begin(dt)
+        resolution = self._driver.resolve(self._problem(q, checked_stack(stack), dt))
+        self.qdot = resolution.qdot
+        return resolution
+
+    def _problem(self, q: Array, stack: Stack, dt: float) -> VelocityProblem:
+        hessian = self.resolver.needs_hessian
+        levels = tuple(
+            stacked([_checked(task, task.equation(self.robot, q, hessian=hessian), self.robot) for task in level])
+            for level in stack
+        )
+        bounds = Bounds.free(self.robot.n)
+        for limit in reversed(self.limits):
+            bounds = bounds.within(limit.bounds(self.robot, q, self.qdot, dt))
+        return VelocityProblem(levels, bounds)
+
+
+def as_resolver(given: Resolver | RobustInverse | None) -> Resolver:
+    """A resolver, `TaskPriority` with an inverse, or the default.
+
+    Raises:
+        InputError: It is neither.
+    """
+    if given is None:
+        return TaskPriority()
+    if isinstance(given, RobustInverse):
+        return TaskPriority(given)
+    if not isinstance(given, Resolver):
+        raise InputError(
+            f"resolver must be a resolver such as TaskPriority(), or an inverse such as JParse(), got {given!r}"
+        )
+    return given
+
+
+def _checked(task: Task, equation: TaskEquation, robot: Robot) -> TaskEquation:
+    """What a task gives, which may be one of the user's own.
+
+    Raises:
+        InputError: Shapes do not fit, or something is NaN or infinite.
+    """
+    m, n = len(equation.xdot), robot.n
+    arrays = {"J": (equation.J, (m, n)), "xdot": (equation.xdot, (m,)), "error": (equation.error, (m,))}
+    if equation.hessian is not None:
+        arrays["hessian"] = equation.hessian, (m, n, n)
+    for name, (array, shape) in arrays.items():
+        if array.shape != shape or not np.isfinite(array).all():
+            raise InputError(
+                f"{name} of {type(task).__name__} must be finite and of shape {shape}, got shape {array.shape}"
+                f"{'' if np.isfinite(array).all() else ' with NaN or infinity'}"
+            )
+    return equation
+
+
+def _checked_limits(robot: Robot, limits: Sequence[Limit] | Limit | None) -> tuple[Limit, ...]:
+    if limits is None:
+        return (JointLimits.of(robot),)
+    given = (limits,) if isinstance(limits, Limit) else limits
+    if not isinstance(given, (list, tuple)) or not all(isinstance(each, Limit) for each in given):
+        raise InputError(f"limits must be limits such as JointLimits.of(robot), () for none, got {limits!r}")
+    return tuple(given)

@@ -1,9 +1,9 @@
-"""What a robot description says: joints as a tree, and shapes to look at. Plain values, no Pinocchio."""
+"""What a robot description says: joints as a tree, and shapes of links. Plain values, no Pinocchio."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -100,7 +100,7 @@ class Visual:
         link: The link that carries it.
         placement: Pose in the link frame, (4, 4).
         shape: What it looks like.
-        color: RGBA in [0, 1], or None for the mesh's own.
+        color: RGBA in [0, 1], or None for the mesh's own; collision shapes have none.
     """
 
     link: str
@@ -121,6 +121,8 @@ class Description:
         visuals: Shapes to draw.
         source: Where it came from, for messages.
         notes: What was read in a way that its reader should know, a sentence each.
+        collisions: Shapes to keep apart, as far as the file has any.
+        file: The file it was read from, absolute, or None for text.
     """
 
     name: str
@@ -130,6 +132,13 @@ class Description:
     visuals: tuple[Visual, ...]
     source: str
     notes: tuple[str, ...] = ()
+    collisions: tuple[Visual, ...] = ()
+    file: Path | None = None
+
+    @property
+    def solids(self) -> tuple[Visual, ...]:
+        """What may not collide: the collision shapes; the visuals of a description that has none at all."""
+        return self.collisions or self.visuals
 
     @cached_property
     def joint(self) -> dict[str, Joint]:
@@ -171,6 +180,12 @@ class Description:
                 link = joint.parent
 
         return tuple(reversed(list(upwards(self.link_of(frame)))))
+
+    def rigid_body(self, link: str, moving: Collection[str]) -> str:
+        """The first link, from the root on, of the rigid body that a link is part of if only those joints move."""
+        while link in self._joint_above and self._joint_above[link].name not in moving:
+            link = self._joint_above[link].parent
+        return link
 
     def moving_joints(self, frame: str) -> tuple[str, ...]:
         """The independent joints that move a frame, from the root on; a mimic joint stands for its source."""

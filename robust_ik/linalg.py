@@ -21,6 +21,10 @@ SMALLEST_SIGMA = 1e-290
 """Singular values below this are taken as zero, so that 1/σ cannot overflow."""
 
 
+DEPENDENT = 1e-6
+"""Unit rows whose part that is new to the rows before is shorter than this count as dependent on them."""
+
+
 @dataclass(frozen=True, eq=False)
 class ThinSVD:
     """J = U diag(s) Vt with k = min(m, n) singular values, in descending order.
@@ -60,10 +64,33 @@ def svd(J: ArrayLike) -> ThinSVD:
     J = as_array(J, "J", (None, None))
     if 0 in J.shape[-2:]:
         raise InputError(f"J must have at least one row and one column, got shape {J.shape}")
-    U, s, Vt = np.linalg.svd(J, full_matrices=False)
-    if not np.isfinite(s).all():
+    return _checked(J, ThinSVD(*np.linalg.svd(J, full_matrices=False)))
+
+
+def full_svd(J: Array) -> ThinSVD:
+    """The decomposition with all n right singular vectors: those of the null space come last.
+
+    Args:
+        J: One finite matrix, (m, n), from our own hands.
+
+    Returns:
+        U (m, k), s (k,) and Vt (n, n).
+    """
+    # Of more rows than columns, all m left singular vectors would come too.
+    return _checked(J, ThinSVD(*np.linalg.svd(J, full_matrices=J.shape[0] < J.shape[1])))
+
+
+def singular_values(J: Array) -> Array:
+    """The singular values alone, (k,), descending, of one finite matrix from our own hands."""
+    return np.asarray(np.linalg.svd(J, compute_uv=False))
+
+
+def _checked(J: Array, found: ThinSVD) -> ThinSVD:
+    if not np.isfinite(found.s).all():
         raise InputError(f"J is too large to decompose: its largest entry is {np.abs(J).max():.3g}")
-    return ThinSVD(U, np.where(s < SMALLEST_SIGMA, 0.0, s), Vt)
+    if found.s.size and found.s.min() >= SMALLEST_SIGMA:
+        return found
+    return ThinSVD(found.U, np.where(found.s < SMALLEST_SIGMA, 0.0, found.s), found.Vt)
 
 
 def manipulability(J: ArrayLike) -> Array:
@@ -114,3 +141,24 @@ def null_projector(J: ArrayLike) -> Array:
     """
     Vt = svd(J).Vt
     return np.asarray(np.eye(Vt.shape[-1]) - np.swapaxes(Vt, -1, -2) @ Vt)
+
+
+def complement(rows: Array) -> Array:
+    """Orthonormal columns that span what is orthogonal to orthonormal rows, (r, n) → (n, n − r)."""
+    Q, _ = np.linalg.qr(rows.T, mode="complete")
+    return np.asarray(Q[:, len(rows) :])
+
+
+def least_norm_solution(rows: Array, values: Array) -> Array | None:
+    """The smallest y with rows y = values, or None where the rows depend on each other.
+
+    Args:
+        rows: (r, n), each of about unit length.
+        values: (r,) or (r, c) for several at once.
+    """
+    if len(rows) > rows.shape[1]:
+        return None
+    Q, R = np.linalg.qr(rows.T)
+    if len(rows) and np.abs(np.diagonal(R)).min() < DEPENDENT:
+        return None
+    return np.asarray(Q @ np.linalg.solve(R.T, values))

@@ -12,7 +12,8 @@ from robust_ik.errors import UrdfError
 
 MESH_SUFFIXES = (".stl", ".dae", ".obj", ".ply", ".glb", ".gltf", ".off")
 ALLOW = "allow its folder by package_dirs= (--package-dir)"
-_CONVENTIONAL_FOLDERS = ("urdf", "urdfs", "robots", "robot", "model", "models", "xacro")
+CONVENTIONAL_FOLDERS = ("urdf", "urdfs", "robots", "robot", "model", "models", "xacro")
+"""A URDF in one of these belongs to the folder around it."""
 
 
 @dataclass(frozen=True)
@@ -114,7 +115,7 @@ class MeshPaths:
         for ancestor in (self.folder, *self.folder.parents):
             if (ancestor / "package.xml").is_file():
                 return [ancestor]
-        return [self.folder.parent if self.folder.name in _CONVENTIONAL_FOLDERS else self.folder]
+        return [self.folder.parent if self.folder.name in CONVENTIONAL_FOLDERS else self.folder]
 
     def _checked(self, path: Path, root: Path) -> Found:
         """The file, unless it is missing or links lead from it to where nothing may be read."""

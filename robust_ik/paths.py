@@ -14,6 +14,9 @@ from robust_ik.errors import InputError
 
 Path = Callable[[float], Array]
 
+RIGHT_ANGLE = 1e-9
+"""How far an angle may be from a right one, rad."""
+
 
 @dataclass(frozen=True, eq=False)
 class Keypoints:
@@ -84,6 +87,82 @@ class OutAndBack:
     def duration(self) -> float:
         """Seconds for all of it."""
         return 2 * self.travel + self.pause + self.settle
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """A straight line at constant speed, orientation held; it stops at its end.
+
+    Attributes:
+        start: Pose to leave from, (4, 4).
+        goal: Where it ends, (3,), m.
+        speed: m/s.
+    """
+
+    start: Array
+    goal: Array
+    speed: float = 0.1
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "start", readonly(checked_rigid(self.start, "start")))
+        object.__setattr__(self, "goal", readonly(as_array(self.goal, "goal", (3,))))
+        checked_parameter("speed", self.speed, above=0)
+        if self.duration == 0:
+            raise InputError("goal must be another point than where the line starts")
+
+    def __call__(self, time: float) -> Array:
+        """The pose wanted at `time`."""
+        pose = np.array(self.start)
+        pose[:3, 3] += min(max(time / self.duration, 0.0), 1.0) * (self.goal - pose[:3, 3])
+        return pose
+
+    @property
+    def duration(self) -> float:
+        """Seconds for all of it."""
+        return float(np.linalg.norm(self.goal - self.start[:3, 3])) / self.speed
+
+
+@dataclass(frozen=True, eq=False)
+class Circle:
+    """A circle at constant speed, orientation held.
+
+    Attributes:
+        start: Pose to leave from and to return to, (4, 4).
+        centre: (3,), m.
+        normal: Axis of the turn, (3,), at right angles to the radius; the turn is positive about it.
+        period: Seconds for one turn.
+    """
+
+    start: Array
+    centre: Array
+    normal: Array
+    period: float = 4.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "start", readonly(checked_rigid(self.start, "start")))
+        object.__setattr__(self, "centre", readonly(as_array(self.centre, "centre", (3,))))
+        normal = as_array(self.normal, "normal", (3,))
+        length = float(np.linalg.norm(normal))
+        if length == 0:
+            raise InputError("normal must not be zero")
+        object.__setattr__(self, "normal", readonly(normal / length))
+        checked_parameter("period", self.period, above=0)
+        radius = self.start[:3, 3] - self.centre
+        if abs(radius @ self.normal) > RIGHT_ANGLE * max(float(np.linalg.norm(radius)), RIGHT_ANGLE):
+            raise InputError("normal must be at right angles to the line from the centre to the start")
+
+    def __call__(self, time: float) -> Array:
+        """The pose wanted at `time`."""
+        pose, angle = np.array(self.start), 2 * math.pi * time / self.period
+        radius = pose[:3, 3] - self.centre
+        turned = math.cos(angle) * radius + math.sin(angle) * np.cross(self.normal, radius)
+        pose[:3, 3] = self.centre + turned
+        return pose
+
+    @property
+    def duration(self) -> float:
+        """Seconds for one turn."""
+        return self.period
 
 
 def pose(position: ArrayLike, rpy: ArrayLike = (0.0, 0.0, 0.0)) -> Array:

@@ -1,9 +1,13 @@
-"""What passes from tasks to the controller and back: plain frozen values, arrays only."""
+"""What passes from tasks and limits to a resolver: plain frozen values, arrays only."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
+from robust_ik.bounds import Bounds
 from robust_ik.checks import Array
 
 
@@ -15,23 +19,41 @@ class TaskEquation:
         J: Task Jacobian, (m, n).
         xdot: Wanted task velocity, (m,).
         error: Target minus current in the units of the task, (m,).
-        hessian: ∂J/∂q, (m, n, n), where somebody asked for it.
+        hessian: ∂J/∂q, (m, n, n), where somebody asked for it and the task has one.
+        weight: Weight of its rows against those of other tasks of the same level.
     """
 
     J: Array
     xdot: Array
     error: Array
     hessian: Array | None = None
+    weight: float = 1.0
+
+
+def stacked(equations: Sequence[TaskEquation]) -> TaskEquation:
+    """The equations of one level as one, every row times its task's weight.
+
+    The Hessian is there if every equation has one.
+    """
+    if len(equations) == 1 and equations[0].weight == 1.0:
+        return equations[0]
+    hessians = [each.weight * each.hessian for each in equations if each.hessian is not None]
+    return TaskEquation(
+        J=np.concatenate([each.weight * each.J for each in equations]),
+        xdot=np.concatenate([each.weight * each.xdot for each in equations]),
+        error=np.concatenate([each.weight * each.error for each in equations]),
+        hessian=np.concatenate(hessians) if len(hessians) == len(equations) else None,
+    )
 
 
 @dataclass(frozen=True, eq=False)
-class Resolution:
-    """Joint velocities, and what they could not give.
+class VelocityProblem:
+    """What a resolver solves.
 
     Attributes:
-        qdot: Joint velocities, (n,), rad/s or m/s.
-        residual: ẋ − J q̇: the task velocity that was asked for and is not given, (m,).
+        levels: One equation per level, the most important first.
+        bounds: What q̇ must respect.
     """
 
-    qdot: Array
-    residual: Array
+    levels: tuple[TaskEquation, ...]
+    bounds: Bounds

@@ -16,7 +16,7 @@ from robust_ik.inverses import RobustInverse
 from robust_ik.linalg import condition_number, svd
 from robust_ik.reach import Reach, find_reach
 from robust_ik.robot import Robot
-from robust_ik.simulation import Trajectory
+from robust_ik.trajectory import Trajectory
 
 
 def comparison(runs: Mapping[str, Trajectory]) -> Table:

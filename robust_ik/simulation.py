@@ -1,140 +1,92 @@
-"""Runs a robot along a path with an inverse, and records everything."""
+"""Runs a robot with a stack of tasks within limits, and records everything."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, as_array, checked_parameter, readonly
-from robust_ik.controller import Posture, VelocityController
+from robust_ik.controller import VelocityController
 from robust_ik.errors import InputError
 from robust_ik.inverses import RobustInverse
-from robust_ik.linalg import null_projector, svd
-from robust_ik.paths import Path
+from robust_ik.limits import Limit
+from robust_ik.linalg import svd
+from robust_ik.progress import Told, progress_bar
+from robust_ik.resolution import Resolution
+from robust_ik.resolvers import Resolver, TaskPriority
 from robust_ik.robot import Robot
 from robust_ik.rows import ROWS
-from robust_ik.tasks import FrameTask, pose_error
+from robust_ik.tasks import FrameTask, Stack, Task, checked_stack, pose_error
+from robust_ik.trajectory import Trajectory
 
 MAX_STEPS = 10_000_000
 
-
-@dataclass(frozen=True, eq=False)
-class Trajectory:
-    """A recorded run of N steps; row i of every array belongs to time[i], before step i is taken.
-
-    Attributes:
-        robot: The robot that ran.
-        inverse: The inverse that drove it.
-        time: Seconds, (N,).
-        q: Configurations, (N, nq).
-        qdot: Commanded joint velocities, (N, n).
-        target: Target poses, (N, 4, 4).
-        pose: Tip poses, (N, 4, 4).
-        error: Target minus tip, (N, 6): m, then rad, world axes; zero in rows that the task does not have.
-        sigma: Singular values of the task Jacobian, (N, k), descending.
-        seconds_per_step: Median wall-clock time of one control step.
-        final_q: Configuration after the last step, (nq,).
-        final_error: Target minus tip there, (6,).
-    """
-
-    robot: Robot
-    inverse: RobustInverse
-    time: Array
-    q: Array
-    qdot: Array
-    target: Array
-    pose: Array
-    error: Array
-    sigma: Array
-    seconds_per_step: float
-    final_q: Array
-    final_error: Array
-
-    @property
-    def largest_speed(self) -> float:
-        """Largest |q̇| of any joint, rad/s or m/s."""
-        return float(np.abs(self.qdot).max())
-
-    @property
-    def largest_speed_ratio(self) -> float:
-        """Largest |q̇| of any joint over its own speed limit; 0 where no limit is stated."""
-        return float((np.abs(self.qdot) / self.robot.velocity_limit).max())
-
-    @property
-    def position_error(self) -> Array:
-        """Distance from the target, (N,), m."""
-        return np.asarray(np.linalg.norm(self.error[:, :3], axis=-1))
-
-    @property
-    def rotation_error(self) -> Array:
-        """Angle from the target, (N,), rad."""
-        return np.asarray(np.linalg.norm(self.error[:, 3:], axis=-1))
-
-    @property
-    def smallest_sigma(self) -> float:
-        """The smallest singular value met."""
-        return float(self.sigma[:, -1].min())
+Motion = Stack | Task | Callable[[float], Stack | Task]
+"""What is wanted: a stack that stays, or a function from time in seconds to one, such as `Follow(path)`."""
 
 
 def simulate(
     robot: Robot,
-    inverse: RobustInverse,
-    path: Path,
+    resolver: Resolver | RobustInverse | None,
+    motion: Motion,
     q0: ArrayLike,
     *,
     duration: float,
     dt: float = 0.01,
-    gain: float = 1.0,
-    max_linear: float = np.inf,
-    max_angular: float = np.inf,
-    posture: Posture | None = None,
-    projector: Callable[[ArrayLike], Array] = null_projector,
+    limits: Sequence[Limit] | Limit | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Trajectory:
-    """Follows a moving target with proportional feedback, explicit Euler, no joint limits.
+    """Runs a stack of tasks from q0 on, explicit Euler.
 
     Args:
         robot: The robot.
-        inverse: The robust inverse.
-        path: Function from time in s to the wanted pose, (4, 4).
+        resolver: A resolver; an inverse stands for `TaskPriority` with it; None for `TaskPriority(JParse())`.
+        motion: A stack of tasks, or a function from time in s to one: `Follow(path)` keeps the tip on a path.
         q0: Configuration to start from, (nq,).
         duration: Seconds to run.
-        dt: Time step, s.
-        gain: Proportional gain, 1/s; stable for gain · dt < 2 with an inverse that is at most exact.
-        max_linear: Cap on the position error, m.
-        max_angular: Cap on the rotation error, rad.
-        posture: What to do with redundancy.
-        projector: From J to the projector of the posture's motion; see `VelocityController`.
-        progress: Called with (steps done, steps in all).
+        dt: Time step, s. Feedback is stable for gain · dt < 2 with an inverse that is at most exact.
+        limits: As for `VelocityController`: by default the robot's own; () for none.
+        progress: Called with (steps done, steps in all); by default a bar appears in a terminal if it takes long.
 
     Raises:
         InputError: A parameter or array cannot be meant.
-        TipError: The robot has no tip.
+        FrameNotFoundError: A task names a frame that the robot does not have.
     """
     q = as_array(q0, "q0", (robot.nq,)).copy()
     if q.ndim != 1:
         raise InputError(f"q0 must be one configuration, got shape {q.shape}")
     steps = _number_of_steps(duration, dt)
-    if not callable(path):
-        raise InputError(f"path must be a function from seconds to a pose, got {type(path).__name__}")
-    controller = VelocityController(robot, inverse, posture, dt, projector)
-    rows = [ROWS.index(row) for row in robot.rows]
-    record = _Record(steps, robot)
+    controller = VelocityController(robot, resolver, limits)
+    if progress is None:
+        with progress_bar(f"simulating {robot.name}") as told:
+            return _run(controller, motion, q, steps, dt, told)
+    return _run(controller, motion, q, steps, dt, progress)
+
+
+def _run(controller: VelocityController, motion: Motion, q: Array, steps: int, dt: float, told: Told) -> Trajectory:
+    robot, stack = controller.robot, _stack_at(motion, 0.0)
+    record = _Record(robot, steps, _watched(stack))
     for i in range(steps):
-        target = path(i * dt)
-        task = FrameTask(target, gain=gain, max_linear=max_linear, max_angular=max_angular)
         started = time.perf_counter()
-        resolution = controller.step(q, task)
+        resolution = controller.step(q, stack, dt)
         record.seconds[i] = time.perf_counter() - started
-        record.write(i, i * dt, q, resolution.qdot, target, rows)
+        record.write(i, i * dt, q, stack, resolution)
         q = robot.integrate(q, dt * resolution.qdot)
-        if progress is not None:
-            progress(i + 1, steps)
-    return record.trajectory(robot, inverse, q, path(steps * dt), rows)
+        stack = _stack_at(motion, (i + 1) * dt)
+        told(i + 1, steps)
+    return record.trajectory(controller.resolver, q, stack)
+
+
+def _stack_at(motion: Motion, now: float) -> Stack:
+    """The stack at a time; a pose in its place is a path that is not wrapped."""
+    stack = motion(now) if callable(motion) else motion
+    if isinstance(stack, np.ndarray):
+        raise InputError("motion must give stacks of tasks; Follow(path) makes them from a path of poses")
+    return checked_stack(stack)
 
 
 def _number_of_steps(duration: float, dt: float) -> int:
@@ -147,34 +99,78 @@ def _number_of_steps(duration: float, dt: float) -> int:
     return steps
 
 
+def _watched(stack: Stack) -> FrameTask | None:
+    """The first task with a target pose."""
+    return next((task for level in stack for task in level if isinstance(task, FrameTask)), None)
+
+
+def run_name(resolver: Resolver) -> str:
+    """What to call a run: the inverse, of a plain `TaskPriority` with one for all levels; else the resolver."""
+    if isinstance(resolver, TaskPriority) and len(resolver.inverses) == 1:
+        return type(resolver.inverses[0]).__name__
+    return type(resolver).__name__
+
+
 class _Record:
     """Arrays that fill up while the simulation runs."""
 
-    def __init__(self, steps: int, robot: Robot) -> None:
-        self.robot = robot
+    def __init__(self, robot: Robot, steps: int, task: FrameTask | None) -> None:
+        self.robot, self.steps = robot, steps
+        self.frame = (None if task is None else task.frame) or robot.tip or robot.frames[-1]
         self.time, self.seconds = np.empty(steps), np.empty(steps)
         self.q, self.qdot = np.empty((steps, robot.nq)), np.empty((steps, robot.n))
         self.target, self.pose = np.empty((steps, 4, 4)), np.empty((steps, 4, 4))
         self.error = np.zeros((steps, 6))
         self.sigma = np.empty((steps, min(len(robot.rows), robot.n)))
-
-    def write(self, i: int, now: float, q: Array, qdot: Array, target: Array, rows: list[int]) -> None:
-        self.time[i], self.q[i], self.qdot[i], self.target[i] = now, q, qdot, target
-        self.pose[i] = self.robot.pose(q)
-        self.error[i, rows] = pose_error(self.pose[i], target)[rows]
-        self.sigma[i] = svd(self.robot.jacobian(q)).s
-
-    def trajectory(self, robot: Robot, inverse: RobustInverse, q: Array, target: Array, rows: list[int]) -> Trajectory:
-        final = np.zeros(6)
-        final[rows] = pose_error(robot.pose(q), target)[rows]
-        arrays = {
-            name: readonly(getattr(self, name)) for name in ("time", "q", "qdot", "target", "pose", "error", "sigma")
+        self.levels = {
+            name: np.full((steps, 0), np.nan)
+            for name in ("scale", "residual", "manipulability", "smallest_level_sigma", "corank", "algorithmic")
         }
+        self.status = np.empty(steps, dtype=object)
+        self.active: list[tuple[str, ...]] = []
+        self.contradictions: list[tuple[str, ...]] = []
+
+    def write(self, i: int, now: float, q: Array, stack: Stack, resolution: Resolution) -> None:
+        self.time[i], self.q[i], self.qdot[i] = now, q, resolution.qdot
+        self.pose[i], self.target[i], self.error[i] = self._where(q, stack)
+        self.sigma[i] = svd(self.robot.jacobian(q, self.frame)).s
+        self.status[i] = resolution.status
+        self.active.append(resolution.active)
+        self.contradictions.append(resolution.contradictions)
+        for index, level in enumerate(resolution.levels):
+            smallest = level.sigma[-1] if len(level.sigma) else np.nan
+            residual = float(np.linalg.norm(level.residual))
+            values = (level.scale, residual, level.manipulability, smallest, level.corank, level.algorithmic)
+            for name, value in zip(self.levels, values):
+                if index >= self.levels[name].shape[1]:
+                    self.levels[name] = np.pad(self.levels[name], ((0, 0), (0, 1)), constant_values=np.nan)
+                self.levels[name][i, index] = value
+
+    def _where(self, q: Array, stack: Stack) -> tuple[Array, Array, Array]:
+        """Pose, target and error, (6,), at q."""
+        pose, error = self.robot.pose(q, self.frame), np.zeros(6)
+        task = _watched(stack)
+        if task is None or (task.frame or self.frame) != self.frame:
+            return pose, pose, error
+        rows = task.rows or (self.robot.rows if task.frame in (None, self.robot.tip) else ROWS)
+        kept = [ROWS.index(row) for row in rows] if task.reference == "world axes" else slice(None)
+        error[kept] = pose_error(pose, task.target)[kept]
+        return pose, task.target, error
+
+    def trajectory(self, resolver: Resolver, q: Array, stack: Stack) -> Trajectory:
+        names = ("time", "q", "qdot", "target", "pose", "error", "sigma")
+        arrays: dict[str, Any] = {name: readonly(getattr(self, name)) for name in names}
+        self.status.setflags(write=False)
         return Trajectory(
-            robot=robot,
-            inverse=inverse,
+            robot=self.robot,
+            resolver=resolver,
+            name=run_name(resolver),
             **arrays,
+            **{name: readonly(values) for name, values in self.levels.items()},
+            status=self.status,
+            active=tuple(self.active),
+            contradictions=tuple(self.contradictions),
             seconds_per_step=float(np.median(self.seconds)),
             final_q=readonly(q),
-            final_error=readonly(final),
+            final_error=readonly(self._where(q, stack)[2]),
         )

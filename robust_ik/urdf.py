@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ from robust_ik.errors import UrdfError
 from robust_ik.files import read_file
 from robust_ik.meshpaths import MeshPaths
 from robust_ik.urdf_checks import check_tree, safe_tree
-from robust_ik.urdf_shapes import visuals
+from robust_ik.urdf_shapes import collisions, visuals
 
 MAX_BYTES = 50_000_000
 SEEMS_DEGREES = 8 * math.pi
@@ -42,7 +43,8 @@ def read_urdf(path: str | Path, package_dirs: Sequence[str | Path] = ()) -> Desc
         UrdfError: It is broken, unsafe or not supported; the message names the place.
     """
     full, data = read_file(path, MAX_BYTES)
-    return parse_urdf(data, source=str(path), folder=full.parent, package_dirs=package_dirs)
+    description = parse_urdf(data, source=str(path), folder=full.parent, package_dirs=package_dirs)
+    return replace(description, file=full)
 
 
 def parse_urdf(
@@ -72,7 +74,8 @@ def parse_urdf(
         moving = {joint.name for joint in robot.joints if joint.type in MOVING_TYPES}
         joints = tuple(_joint(joint, moving, notes) for joint in robot.joints)
         _check_mimics(joints)
-        shapes = tuple(visuals(robot, MeshPaths.of(folder, package_dirs)))
+        paths = MeshPaths.of(folder, package_dirs)
+        drawn, solid = tuple(visuals(robot, paths)), tuple(collisions(robot, paths))
     except UrdfError as error:
         raise UrdfError(f"{source}: {error}") from error
     return Description(
@@ -80,9 +83,10 @@ def parse_urdf(
         xml=etree.tostring(root, encoding="unicode"),
         links=tuple(link.name for link in robot.links),
         joints=joints,
-        visuals=shapes,
+        visuals=drawn,
         source=source,
         notes=tuple(notes),
+        collisions=solid,
     )
 
 

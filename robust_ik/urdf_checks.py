@@ -22,8 +22,8 @@ LEAST_AXIS = 1e-6
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 
 
-def safe_tree(xml: str | bytes) -> Any:
-    """The XML tree, with no entity expanded, no DTD loaded, nothing fetched."""
+def safe_tree(xml: str | bytes, kind: str = "a URDF") -> Any:
+    """The XML tree of a URDF or of its like, with no entity expanded, no DTD loaded, nothing fetched."""
     parser = etree.XMLParser(
         resolve_entities=False,
         load_dtd=False,
@@ -37,9 +37,9 @@ def safe_tree(xml: str | bytes) -> Any:
     except etree.XMLSyntaxError as error:
         raise UrdfError(f"not well-formed XML: {error.msg}") from error
     if root.getroottree().docinfo.internalDTD is not None:
-        raise UrdfError("it has a DOCTYPE, which could define entities; a URDF needs none: remove it")
+        raise UrdfError(f"it has a DOCTYPE, which could define entities; {kind} needs none: remove it")
     if root.tag != "robot" and etree.QName(root).localname == "robot":
-        raise UrdfError("it has a default XML namespace (xmlns=…); a URDF has none: remove it")
+        raise UrdfError(f"it has a default XML namespace (xmlns=…); {kind} has none: remove it")
     if root.tag != "robot":
         raise UrdfError(f"the root element is <{etree.QName(root).localname}>, not <robot>")
     return root

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from robust_ik.checks import readonly
+from robust_ik.checks import Array, readonly
 from robust_ik.description import Box, Cylinder, Mesh, Shape, Sphere, Visual
 from robust_ik.errors import UrdfError
 from robust_ik.meshpaths import MeshPaths
@@ -63,9 +63,19 @@ def visuals(robot: Any, paths: MeshPaths) -> Iterator[Visual]:
     materials = {material.name: material for material in robot.materials}
     for link in robot.links:
         for visual in link.visuals:
-            placement = np.eye(4) if visual.origin is None else visual.origin
-            shape = _shape(visual.geometry, paths)
-            yield Visual(link.name, readonly(placement), shape, _color(visual.material, materials))
+            color = _color(visual.material, materials)
+            yield Visual(link.name, _placement(visual), _shape(visual.geometry, paths), color)
+
+
+def collisions(robot: Any, paths: MeshPaths) -> Iterator[Visual]:
+    """The collision shapes of yourdfpy's robot, meshes resolved; errors as for `visuals`."""
+    for link in robot.links:
+        for collision in link.collisions:
+            yield Visual(link.name, _placement(collision), _shape(collision.geometry, paths))
+
+
+def _placement(part: Any) -> Array:
+    return readonly(np.eye(4) if part.origin is None else part.origin)
 
 
 def _shape(geometry: Any, paths: MeshPaths) -> Shape:

@@ -9,10 +9,11 @@ import trimesh
 from numpy.testing import assert_allclose
 
 from robust_ik.description import Mesh
-from robust_ik.display import Scene, draw_robot, meshes
-from robust_ik.display.meshes import UnreadableMeshError, read_mesh
-from robust_ik.display.resolver import ConfinedResolver
-from robust_ik.display.triangles import Triangles, signed_volume, tidy
+from robust_ik.display import Scene, draw_robot
+from robust_ik.meshes import reader
+from robust_ik.meshes.reader import UnreadableMeshError, read_mesh
+from robust_ik.meshes.resolver import ConfinedResolver
+from robust_ik.meshes.triangles import Triangles, signed_volume, tidy
 from robust_ik.robot import Robot
 from robust_ik.urdf import parse_urdf
 
@@ -248,7 +249,7 @@ def test_missing_zipped_and_oversized_files_are_refused_with_a_reason(tmp_path, 
         archive.writestr("a.dae", DAE)
     with pytest.raises(UnreadableMeshError, match="zip"):
         read_mesh(mesh_of(tmp_path / "a.dae"))
-    monkeypatch.setattr(meshes, "MAX_BYTES", 100)
+    monkeypatch.setattr(reader, "MAX_BYTES", 100)
     with pytest.raises(UnreadableMeshError, match="larger than"):
         read_mesh(mesh_of(exported(tmp_path, ".stl")))
 

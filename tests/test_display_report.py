@@ -21,6 +21,7 @@ from robust_ik.inverses import DampedLeastSquares, JParse, MoorePenrose
 from robust_ik.paths import OutAndBack
 from robust_ik.robot import Robot
 from robust_ik.simulation import simulate
+from robust_ik.tasks import Follow
 
 EVIL = '</script><script>alert(1)</script>"><img src=http://evil.example/x onerror=alert(1)>'
 ARM = """<robot name={name}><link name="base"/><link name="upper">{visual}</link><link name="tool"/>
@@ -44,7 +45,7 @@ def robot(tmp_path, name="arm", visual="", kind="revolute", axis="0 -1 0", rows=
 def run_of(arm, inverse=None, duration=0.8, dt=0.02):
     q0 = np.array([0.3, 1.2])
     path = OutAndBack(arm.pose(q0), [2.1, 0, 0.4], travel=0.3, pause=0.1)
-    return simulate(arm, inverse or JParse(), path, q0, duration=duration, dt=dt, gain=10)
+    return simulate(arm, inverse or JParse(), Follow(path, gain=10), q0, duration=duration, dt=dt, limits=())
 
 
 @pytest.fixture(scope="module")

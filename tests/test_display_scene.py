@@ -15,10 +15,10 @@ from robust_ik.display.names import distinct, node_names
 from robust_ik.display.pack import packed_scene
 from robust_ik.display.shapes import double_arrow, revolved, rod, swept_tube, turning_ring
 from robust_ik.display.tracks import Tracks
-from robust_ik.display.triangles import signed_volume
 from robust_ik.display.view import View
 from robust_ik.errors import InputError
 from robust_ik.files import write_file
+from robust_ik.meshes.triangles import signed_volume
 from robust_ik.robot import Robot
 
 ARM = """<robot name="arm">

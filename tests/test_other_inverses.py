@@ -707,7 +707,7 @@ def test_a_simulation_uses_the_memory(inverse):
     robot = rik.load("planar_3r")
     q0 = robot.configuration([1.0, -1.5, 1.0])
     target = robot.pose(q0 + np.array([0.2, 0.1, -0.2]))
-    run = rik.simulate(robot, inverse, lambda _: target, q0, duration=3.0, dt=0.01, gain=3.0)
+    run = rik.simulate(robot, inverse, rik.FrameTask(target, gain=3.0), q0, duration=3.0, dt=0.01, limits=())
     assert np.linalg.norm(run.final_error) < 1e-3
 
 

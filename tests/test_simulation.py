@@ -21,10 +21,9 @@ def xarm7_run(keypoints, inverse, posture_gain=None):
     """80 s at 50 Hz, K = 10 /s, position error capped at 1 m: the paper's simulation, without actuators."""
     robot = rik.load("xarm7")
     path = rik.Keypoints(np.array([pose(position, DOWN) for position, _ in keypoints]), SECONDS)
-    posture = posture_gain and rik.Posture(np.zeros(7), gain=posture_gain)
-    return rik.simulate(
-        robot, inverse, path, HOME, duration=path.duration, dt=DT, gain=10, max_linear=1.0, posture=posture
-    )
+    below = [[rik.PostureTask(np.zeros(7), gain=posture_gain)]] if posture_gain else []
+    motion = rik.Follow(path, gain=10, max_linear=1.0, below=below)
+    return rik.simulate(robot, inverse, motion, HOME, duration=path.duration, dt=DT, limits=())
 
 
 def at_the_end_of_each(run):
@@ -81,17 +80,12 @@ def test_posture_motion_never_disturbs_the_task(rng):
     for q in robot.random(rng, 20):
         task = rik.FrameTask(robot.pose(robot.random(rng)))
         for inverse in (rik.JParse(), rik.DampedLeastSquares(0.3), rik.MoorePenrose()):
-            alone = rik.VelocityController(robot, inverse).step(q, task)
-            both = rik.VelocityController(robot, inverse, rik.Posture(robot.rest)).step(q, task)
+            alone = rik.VelocityController(robot, inverse, limits=()).step(q, task, DT)
+            stack = [[task], [rik.PostureTask(robot.rest)]]
+            both = rik.VelocityController(robot, inverse, limits=()).step(q, stack, DT)
             J = robot.jacobian(q)
             assert_allclose(J @ both.qdot, J @ alone.qdot, atol=1e-9 * (1 + np.abs(alone.qdot).max()))
             assert_allclose(both.residual, alone.residual, atol=1e-9 * (1 + np.abs(alone.qdot).max()))
-
-
-def test_posture_is_capped_joint_by_joint():
-    robot = rik.load("panda")
-    posture = rik.Posture(robot.rest + [0, 0, 0, 0, 0, 0.1, -5], gain=2, max_speed=0.6)
-    assert_allclose(posture.qdot(robot, robot.rest), [0, 0, 0, 0, 0, 0.2, -0.6], atol=1e-12)
 
 
 @pytest.mark.parametrize("name", ["panda", "kinova", "tiago", "pa10", "puma560"])
@@ -99,7 +93,7 @@ def test_a_near_target_is_reached_and_the_record_is_consistent(name, rng):
     robot = rik.load(name)
     q0 = max(robot.random(rng, 50), key=lambda q: rik.manipulability(robot.jacobian(q)))
     target = robot.pose(robot.integrate(q0, 0.05 * rng.normal(size=robot.n)))
-    run = rik.simulate(robot, rik.JParse(), lambda t: target, q0, duration=3, dt=0.01, gain=10)
+    run = rik.simulate(robot, rik.JParse(), rik.FrameTask(target, gain=10), q0, duration=3, dt=0.01)
     assert np.linalg.norm(run.final_error) < 1e-9
     assert run.time.shape == (300,)
     assert run.sigma.shape == (300, 6)
@@ -115,7 +109,7 @@ def test_a_near_target_is_reached_and_the_record_is_consistent(name, rng):
 def test_errors_are_norms_and_the_final_one_is_against_the_last_target():
     robot = rik.load("planar_3r").with_rows(("x", "z", "wy"))
     path = rik.OutAndBack(robot.pose(robot.rest), (0.9, 0, 0.1), travel=1.0, pause=0.1, settle=0.1)
-    run = rik.simulate(robot, rik.JParse(), path, robot.rest, duration=0.5, dt=0.1, gain=1)
+    run = rik.simulate(robot, rik.JParse(), rik.Follow(path), robot.rest, duration=0.5, dt=0.1)
     assert_allclose(run.rotation_error, np.linalg.norm(run.error[:, 3:], axis=-1))
     assert_allclose(run.position_error, np.linalg.norm(run.error[:, :3], axis=-1))
     expected = rik.pose_error(robot.pose(run.final_q), path(0.5))
@@ -125,7 +119,7 @@ def test_errors_are_norms_and_the_final_one_is_against_the_last_target():
 
 def test_rows_that_the_task_does_not_have_report_no_error():
     robot = rik.load("planar_2r")
-    run = rik.simulate(robot, rik.JParse(), lambda t: pose((1, 1, 7)), [0.1, 1.0], duration=2, dt=0.01, gain=10)
+    run = rik.simulate(robot, rik.JParse(), rik.FrameTask(pose((1, 1, 7)), gain=10), [0.1, 1.0], duration=2)
     assert np.linalg.norm(run.final_error) < 1e-6
     assert not run.error[:, 2:].any()
 
@@ -137,7 +131,7 @@ def test_the_same_run_twice_is_the_same():
 
 def test_progress_is_told_step_by_step():
     robot, told = rik.load("planar_2r"), []
-    rik.simulate(robot, rik.JParse(), lambda t: np.eye(4), [0.1, 1], duration=0.05, dt=0.01,
+    rik.simulate(robot, None, [[rik.FrameTask(np.eye(4))]], [0.1, 1], duration=0.05, dt=0.01,
                  progress=lambda done, total: told.append((done, total)))  # fmt: skip
     assert told == [(i, 5) for i in range(1, 6)]
 
@@ -148,8 +142,8 @@ def test_the_damped_loop_chatters_just_above_the_predicted_step_and_not_below():
     target = pose((2.2 / np.sqrt(2), 2.2 / np.sqrt(2), 0))
 
     def rest(dt):
-        run = rik.simulate(robot, rik.DampedLeastSquares(0.01), lambda t: target, [np.pi / 4, 0.01],
-                           duration=4000 * dt, dt=dt, gain=0.1)  # fmt: skip
+        run = rik.simulate(robot, rik.DampedLeastSquares(0.01), rik.FrameTask(target, gain=0.1),
+                           [np.pi / 4, 0.01], duration=4000 * dt, dt=dt)  # fmt: skip
         return np.abs(run.q[-50:, 1]).max()
 
     assert rest(0.024) < 1e-7
@@ -167,21 +161,24 @@ def test_the_damped_loop_chatters_just_above_the_predicted_step_and_not_below():
         ({"dt": 2.0}, "dt ≤ duration"),
         ({"duration": np.inf}, "duration must be > 0"),
         ({"duration": 1e9}, "larger dt"),
-        ({"gain": -1}, "gain must be > 0"),
-        ({"path": lambda t: np.eye(3)}, "target must have shape"),
-        ({"path": lambda t: np.eye(4) if t < 0.99 else np.zeros((4, 4))}, "must be rigid"),
+        ({"motion": rik.Follow(lambda t: np.eye(3))}, "target must have shape"),
+        ({"motion": rik.Follow(lambda t: np.eye(4) if t < 0.99 else np.zeros((4, 4)))}, "must be rigid"),
+        ({"motion": lambda t: np.eye(4)}, r"Follow\(path\) makes them from a path"),
+        ({"motion": np.eye(4)}, r"Follow\(path\) makes them from a path"),
+        ({"motion": []}, "a stack must have at least one level"),
+        ({"motion": [rik.FrameTask(np.eye(4))]}, "a level of a stack must be a list of tasks"),
+        ({"motion": [[]]}, r"at least one, such as \[task\], got \[\]"),
         ({"dt": None}, "dt must be > 0, got None"),
-        ({"gain": "3"}, "gain must be > 0, got '3'"),
-        ({"gain": np.inf}, "gain must be > 0"),
-        ({"posture": rik.Posture(np.zeros(3))}, "length 2 for planar_2r, got 3"),
+        ({"motion": [[rik.PostureTask(np.zeros(3))]]}, r"planar_2r, \(2,\), got shape \(3,\)"),
+        ({"limits": "none"}, r"limits must be limits such as JointLimits.of\(robot\), \(\) for none, got 'none'"),
     ],
 )
 def test_what_cannot_be_meant_is_refused(change, match):
     robot = rik.load("planar_2r")
-    arguments = {"path": lambda t: np.eye(4), "q0": [0.1, 1.0], "duration": 1.0, "dt": 0.01} | change
-    path, q0 = arguments.pop("path"), arguments.pop("q0")
+    arguments = {"motion": rik.FrameTask(np.eye(4)), "q0": [0.1, 1.0], "duration": 1.0, "dt": 0.01} | change
+    motion, q0 = arguments.pop("motion"), arguments.pop("q0")
     with pytest.raises(rik.InputError, match=match):
-        rik.simulate(robot, rik.JParse(), path, q0, **arguments)
+        rik.simulate(robot, rik.JParse(), motion, q0, **arguments)
 
 
 # ----------------------------------------------------------------------------------------------------- paths
@@ -215,51 +212,49 @@ def test_a_duration_that_is_no_positive_number_is_refused(seconds):
         rik.OutAndBack(np.eye(4), (1, 0, 0), travel=seconds)
 
 
-def test_a_controller_with_dt_keeps_the_memory_of_its_inverse():
+def test_a_controller_keeps_the_memory_of_its_inverse():
     robot = rik.load("panda")
     task = rik.FrameTask(robot.pose(robot.integrate(robot.rest, 0.1 * np.ones(7))))
-    once = rik.VelocityController(robot, rik.FilteredInverse(rate=5.0))
-    run = rik.VelocityController(robot, rik.FilteredInverse(rate=5.0), dt=0.01)
+    run = rik.VelocityController(robot, rik.FilteredInverse(rate=5.0), limits=())
     by_hand = rik.FilteredInverse(rate=5.0).begin(0.01)
     other = rik.load("panda").random(np.random.default_rng(1))
     for q in (robot.rest, other, robot.rest):
         equation = task.equation(robot, q)
-        assert_allclose(run.step(q, task).qdot, by_hand.solve(equation.J, equation.xdot))
-    assert not np.allclose(once.step(other, task).qdot, run.step(other, task).qdot)
+        assert_allclose(run.step(q, task, 0.01).qdot, by_hand.solve(equation.J, equation.xdot))
+    later = run.step(other, task, 0.01).qdot
+    run.reset()
+    assert not np.allclose(run.step(other, task, 0.01).qdot, later)
 
 
 @pytest.mark.parametrize("robot, inverse, match", [
     ("panda", rik.JParse(), "robot must be a Robot, as rik.load gives it, got 'panda'"),
-    (None, rik.JParse, r"inverse must be a robust inverse such as JParse\(\), got <class"),
-    (None, "JParse", "inverse must be a robust inverse"),
+    (None, rik.JParse, r"must be a resolver such as TaskPriority\(\), or an inverse such as JParse\(\), got <class"),
+    (None, "JParse", "resolver must be a resolver"),
 ])  # fmt: skip
 def test_the_wrong_kind_of_thing_is_refused(robot, inverse, match):
     with pytest.raises(rik.InputError, match=match):
         rik.VelocityController(robot or rik.load("panda"), inverse)
 
 
-def test_a_path_must_be_callable():
-    robot = rik.load("planar_2r")
-    with pytest.raises(rik.InputError, match="path must be a function"):
-        rik.simulate(robot, rik.JParse(), np.eye(4), [0, 1], duration=1)
-
-
 def test_the_speed_ratio_is_the_worst_joints():
     robot = rik.load("panda")
-    run = rik.simulate(robot, rik.JParse(), lambda t: robot.pose(robot.neutral), robot.rest, duration=0.1, dt=0.01)
+    run = rik.simulate(robot, None, rik.FrameTask(robot.pose(robot.neutral)), robot.rest, duration=0.1, limits=())
     assert run.largest_speed_ratio == (np.abs(run.qdot) / robot.velocity_limit).max()
     free = rik.load("planar_2r")
-    still = rik.simulate(free, rik.JParse(), lambda t: np.eye(4), [0.1, 1], duration=0.1, dt=0.01)
+    still = rik.simulate(free, None, rik.FrameTask(np.eye(4)), [0.1, 1], duration=0.1)
     assert still.largest_speed_ratio == 0
 
 
-def test_the_projector_of_an_ablation_can_be_compared_with():
+def test_the_projector_of_an_ablation_is_what_released_directions_leave():
+    """J_p's projector leaves singular directions to the posture: the same as `release` does."""
     robot = rik.load("panda")
     ablation = rik.inverses.jacobian_projection(gamma=0.1)
-    posture = rik.Posture(robot.neutral)
+    posture = rik.PostureTask(robot.neutral)
     task = rik.FrameTask(robot.pose(robot.rest))
-    theirs = rik.VelocityController(robot, ablation.inverse, posture, projector=ablation.null_projector)
+    resolver = rik.TaskPriority((ablation.inverse, rik.MoorePenrose()), release=0.1)
+    theirs = rik.VelocityController(robot, resolver, limits=())
     q = robot.configuration([0.1, 0.2, 0.1, -0.05, 0.1, 0.1, 0.2])
-    J = robot.jacobian(q)
-    free = theirs.step(q, task).qdot - ablation.inverse.solve(J, task.equation(robot, q).xdot)
-    assert_allclose(free, ablation.null_projector(J) @ posture.qdot(robot, q), atol=1e-12)
+    J, wish = robot.jacobian(q), posture.equation(robot, q).xdot
+    alone = ablation.inverse.solve(J, task.equation(robot, q).xdot)
+    step = theirs.step(q, [[task], [posture]], DT)
+    assert_allclose(step.qdot - alone, ablation.null_projector(J) @ (wish - alone), atol=1e-12)

@@ -274,11 +274,11 @@ def package(tmp_path):
     return tmp_path
 
 
-def mesh(package: Path, filename: str, package_dirs=()) -> Mesh:
+def mesh(package: Path, filename: str, package_dirs=(), tag="visual") -> Mesh:
     path = package / "ws/arm/urdf/arm.urdf"
-    visual = f"<visual><geometry><mesh filename='{filename}'/></geometry></visual>"
-    path.write_text(f"<robot name='arm'><link name='a'>{visual}</link></robot>")
-    return read_urdf(path, package_dirs).visuals[0].shape
+    shape = f"<{tag}><geometry><mesh filename='{filename}'/></geometry></{tag}>"
+    path.write_text(f"<robot name='arm'><link name='a'>{shape}</link></robot>")
+    return read_urdf(path, package_dirs).solids[0].shape
 
 
 @pytest.mark.parametrize(
@@ -315,14 +315,15 @@ def test_ros_environment_variables_name_packages(package, tmp_path, monkeypatch)
     assert mesh(package, "package://far/c.stl").path is not None
 
 
+@pytest.mark.parametrize("tag", ["visual", "collision"])
 @pytest.mark.parametrize(
     "filename",
     ["package://arm/../../elsewhere/secret.stl", "../../../elsewhere/secret.stl", "package://../elsewhere/secret.stl",
      "package://other/../../elsewhere/secret.stl"],
 )  # fmt: skip
-def test_a_mesh_path_that_climbs_out_of_its_package_is_refused(package, filename):
+def test_a_mesh_path_that_climbs_out_of_its_package_is_refused(package, filename, tag):
     with pytest.raises(rik.UrdfError, match=r"climbs out|names no package"):
-        mesh(package, filename)
+        mesh(package, filename, tag=tag)
 
 
 def test_a_link_that_leads_out_of_the_package_is_not_followed_unless_its_folder_is_allowed(package):
@@ -525,3 +526,30 @@ def test_a_relative_path_that_leaves_a_folder_that_is_no_package_is_reported(tmp
     assert found.path is None
     assert "--package-dir" in found.problem
     assert read_urdf(tmp_path / "arm" / "a.urdf", [tmp_path]).visuals[0].shape.path is not None
+
+
+def test_collision_shapes_are_read_like_visuals_and_beside_them(tmp_path):
+    shape = '<origin xyz="1 2 3"/><geometry><box size="1 2 3"/></geometry>'
+    text = urdf(*TWO).replace(
+        '<link name="b"/>',
+        f'<link name="b"><visual>{shape}</visual><collision>{shape}</collision><collision><geometry>'
+        '<capsule radius="1" length="1"/></geometry></collision></link>',
+    )
+    description = parse_urdf(text)
+    (seen,), (solid,) = description.visuals, description.collisions
+    assert (solid.link, solid.shape, solid.color) == (seen.link, seen.shape, None)
+    assert_allclose(solid.placement, seen.placement)
+    assert description.solids == description.collisions
+    assert description.file is None
+    path = tmp_path / "a.urdf"
+    path.write_text(text)
+    assert read_urdf(path).file == path
+
+
+def test_a_robot_without_collision_shapes_is_as_solid_as_it_looks():
+    text = urdf(*TWO).replace(
+        '<link name="b"/>', '<link name="b"><visual><geometry><sphere radius="1"/></geometry></visual></link>'
+    )
+    description = parse_urdf(text)
+    assert description.collisions == ()
+    assert description.solids == description.visuals

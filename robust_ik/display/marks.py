@@ -24,7 +24,7 @@ from robust_ik.display.shapes import (
     turning_ring,
 )
 from robust_ik.display.tracks import LARGEST, Still, Tracks
-from robust_ik.display.triangles import Triangles
+from robust_ik.meshes.triangles import Triangles
 from robust_ik.rows import ROWS
 
 LOST: Color = (0.88, 0.12, 0.22, 1.0)

@@ -19,7 +19,7 @@ from robust_ik.display.shapes import Color
 from robust_ik.errors import InputError
 from robust_ik.files import write_file
 from robust_ik.inverses import JParse
-from robust_ik.simulation import Trajectory
+from robust_ik.trajectory import Trajectory
 
 PALETTE = ("#1f77c9", "#e08a00", "#8e5bd0", "#12907f", "#b0552f", "#6b7785", "#c04f8f", "#7a8f1e")
 MOST_NAMED = 40
@@ -101,10 +101,10 @@ def _named(
     if isinstance(trajectories, Mapping):
         named = [(str(name), run) for name, run in trajectories.items()]
     else:
-        named = [(type(run.inverse).__name__, run) for run in trajectories]
+        named = [(run.name, run) for run in trajectories]
     if not named:
         raise InputError("there is no run to show: give at least one Trajectory")
-    named.sort(key=lambda pair: not isinstance(pair[1].inverse, JParse))
+    named.sort(key=lambda pair: pair[1].name != JParse.__name__)
     return distinct(name for name, _ in named), [run for _, run in named]
 
 

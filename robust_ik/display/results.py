@@ -13,7 +13,7 @@ from robust_ik.checks import Array
 from robust_ik.display.chart import Curve, chart
 from robust_ik.robot import Robot
 from robust_ik.rows import ROWS
-from robust_ik.simulation import Trajectory
+from robust_ik.trajectory import Trajectory
 
 
 def results_table(names: Sequence[str], runs: Sequence[Trajectory], colors: Sequence[str]) -> str:

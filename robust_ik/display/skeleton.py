@@ -8,7 +8,7 @@ import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.display.shapes import rod
-from robust_ik.display.triangles import Triangles
+from robust_ik.meshes.triangles import Triangles
 from robust_ik.robot import Robot
 from robust_ik.rows import ROWS
 

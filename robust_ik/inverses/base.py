@@ -58,6 +58,11 @@ class RobustInverse(abc.ABC):
         """Whether `velocity` reads the equation's Hessian."""
         return False
 
+    @property
+    def relative(self) -> bool:
+        """Whether its thresholds are fractions of σ₁, so that c J gives 1/c of the joint velocities of J."""
+        return False
+
     @abc.abstractmethod
     def solve(self, J: ArrayLike, xdot: ArrayLike) -> Array:
         """Joint velocities for a task velocity.

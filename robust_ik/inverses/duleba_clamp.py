@@ -65,6 +65,11 @@ class DulebaClamp(SingularValueFilter):
             return self.gamma * sigma_max, self.gamma * sigma_max
         return np.full_like(sigma_max, self.detect), np.full_like(sigma_max, self.floor)
 
+    @property
+    def relative(self) -> bool:
+        """With `gamma`."""
+        return self.gamma is not None
+
     def gains(self, s: ArrayLike) -> Array:
         """1/max(σ, d_min), and 0 at σ = 0."""
         s = np.asarray(s, dtype=float)

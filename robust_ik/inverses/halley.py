@@ -58,6 +58,11 @@ class Halley(RobustInverse):
         """Yes."""
         return True
 
+    @property
+    def relative(self) -> bool:
+        """As the filter."""
+        return self.inverse.relative
+
     def solve(self, J: ArrayLike, xdot: ArrayLike) -> Array:
         """The first-order step J# ẋ; see `RobustInverse.solve`."""
         return self.inverse.solve(J, xdot)

@@ -86,6 +86,11 @@ class JParse(SingularValueFilter):
             )
         return cls(gamma, gain)
 
+    @property
+    def relative(self) -> bool:
+        """Yes."""
+        return True
+
     def gains(self, s: ArrayLike) -> Array:
         """1/σ above γσ₁, p (σ/(γσ₁))^(1/e)/(γσ₁) below."""
         s = np.asarray(s, dtype=float)

@@ -63,6 +63,11 @@ class JParseWithGains(RobustInverse):
                 f"{self.orientation_gain:g}: some singular direction would be driven away from its target"
             )
 
+    @property
+    def relative(self) -> bool:
+        """Yes."""
+        return True
+
     def solve(self, J: ArrayLike, xdot: ArrayLike) -> Array:
         """Joint velocities; see `RobustInverse.solve`."""
         decomposition = svd(J)
@@ -118,6 +123,11 @@ class JParsePositionFirst(RobustInverse):
 
     def __post_init__(self) -> None:
         _check(self.gamma, self.position_gain, self.orientation_gain, self.linear_rows)
+
+    @property
+    def relative(self) -> bool:
+        """Yes."""
+        return True
 
     def solve(self, J: ArrayLike, xdot: ArrayLike) -> Array:
         """Joint velocities; see `RobustInverse.solve`."""

@@ -38,6 +38,11 @@ class MoorePenrose(SingularValueFilter):
     def __post_init__(self) -> None:
         checked_parameter("tolerance", self.tolerance, above=0, below=1)
 
+    @property
+    def relative(self) -> bool:
+        """Yes."""
+        return True
+
     def gains(self, s: ArrayLike) -> Array:
         """1/σ above the tolerance, else 0."""
         s = np.asarray(s, dtype=float)

@@ -50,6 +50,11 @@ class TruncatedSVD(SingularValueFilter):
         sigma_max = np.asarray(sigma_max, dtype=float)
         return np.asarray(np.full_like(sigma_max, self.threshold) if self.gamma is None else self.gamma * sigma_max)
 
+    @property
+    def relative(self) -> bool:
+        """With `gamma`."""
+        return self.gamma is not None
+
     def gains(self, s: ArrayLike) -> Array:
         """1/σ above τ, else 0."""
         s = np.asarray(s, dtype=float)

@@ -80,6 +80,11 @@ class Weighted(RobustInverse):
         """Whether the wrapped inverse reads the Hessian."""
         return self.inverse.needs_hessian
 
+    @property
+    def relative(self) -> bool:
+        """As the wrapped inverse."""
+        return self.inverse.relative
+
     def solve(self, J: ArrayLike, xdot: ArrayLike) -> Array:
         """Joint velocities W_q^(−½) P̃ W_x ẋ; see `RobustInverse.solve`."""
         J = as_array(J, "J", (None, None))

@@ -15,7 +15,9 @@ from robust_ik.paths import OutAndBack
 from robust_ik.reach import Reach, find_reach
 from robust_ik.robot import Robot
 from robust_ik.rows import ROWS
-from robust_ik.simulation import Trajectory, simulate
+from robust_ik.simulation import simulate
+from robust_ik.tasks import Follow
+from robust_ik.trajectory import Trajectory
 
 BEYOND = 1.1
 PULL = 0.3
@@ -51,11 +53,11 @@ class Scenario:
     dt: float = 0.01
 
     def run(self, inverse: RobustInverse, progress: Callable[[int, int], None] | None = None) -> Trajectory:
-        """The run with one inverse, from start to rest."""
+        """The run with one inverse, from start to rest, without limits: they would hide what the inverse does."""
+        motion = Follow(self.path, gain=self.gain, max_linear=self.max_linear, max_angular=self.max_angular)
         return simulate(
-            self.robot, inverse, self.path, self.q0,
-            duration=self.path.duration, dt=self.dt, gain=self.gain,
-            max_linear=self.max_linear, max_angular=self.max_angular, progress=progress,
+            self.robot, inverse, motion, self.q0,
+            duration=self.path.duration, dt=self.dt, limits=(), progress=progress,
         )  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""Mesh files, whatever their kind, as coloured triangles. What is wrong with a file is told, never raised on."""
+"""Mesh files, whatever their kind, as coloured triangles or as vertices. What is wrong with a file, one error tells."""
 
 from __future__ import annotations
 
@@ -7,22 +7,26 @@ import logging
 import re
 import warnings
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
+from robust_ik.checks import Array
 from robust_ik.description import Mesh
-from robust_ik.display.resolver import ConfinedResolver
-from robust_ik.display.triangles import Triangles, tidy
+from robust_ik.meshes.resolver import ConfinedResolver
+from robust_ik.meshes.triangles import Triangles, tidy
 
 MAX_BYTES = 200_000_000
 MAX_PIXELS = 50_000_000
+LARGEST = 1e6
+"""Vertices further away than this, m, are damage."""
 Color = tuple[float, float, float, float]
+_Piece = TypeVar("_Piece")
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +43,7 @@ class Part:
 
 
 class UnreadableMeshError(Exception):
-    """A mesh that cannot be drawn; the message says why. It does not leave the display package."""
+    """A mesh that cannot be used; the message says why. It does not leave the package: who reads a mesh handles it."""
 
 
 def read_mesh(mesh: Mesh) -> tuple[Part, ...]:
@@ -50,18 +54,37 @@ def read_mesh(mesh: Mesh) -> tuple[Part, ...]:
     Raises:
         UnreadableMeshError: There is no such file, or it is broken, too large or empty.
     """
+    parts = _read(mesh, _parts)
+    if not parts:
+        raise UnreadableMeshError("holds no triangles that can be drawn")
+    return parts
+
+
+def read_vertices(mesh: Mesh) -> Array:
+    """All vertices of a mesh file's triangles, (V, 3), m, scaled as for `read_mesh`; none merged or left out.
+
+    Raises:
+        UnreadableMeshError: As for `read_mesh`.
+    """
+    pieces = _read(mesh, _vertices)
+    vertices = np.concatenate(pieces) if pieces else np.zeros((0, 3))
+    vertices = vertices[(np.abs(vertices) <= LARGEST).all(axis=1)]
+    if not len(vertices):
+        raise UnreadableMeshError("holds no triangles")
+    return vertices
+
+
+def _read(mesh: Mesh, extract: Callable[[Any, Array], Iterable[_Piece]]) -> tuple[_Piece, ...]:
+    """What `extract` gets from the scene in a file."""
     if mesh.path is None:
         raise UnreadableMeshError(mesh.problem or "not found")
     try:
         with _quiet():
-            parts = tuple(_parts(_load(mesh), _scaling(mesh)))
+            return tuple(extract(_load(mesh), _scaling(mesh)))
     except UnreadableMeshError:
         raise
     except (Exception, RecursionError) as error:  # readers raise whatever a broken file trips them over
         raise UnreadableMeshError(f"cannot be read: {type(error).__name__}: {str(error)[:120]}") from error
-    if not parts:
-        raise UnreadableMeshError("holds no triangles that can be drawn")
-    return parts
 
 
 @contextmanager
@@ -92,7 +115,7 @@ def _load(mesh: Mesh) -> Any:
     return trimesh.load(io.BytesIO(data), file_type=kind, resolver=resolver, force="scene", process=False)
 
 
-def _scaling(mesh: Mesh) -> NDArray[np.float64]:
+def _scaling(mesh: Mesh) -> Array:
     unit = 1.0
     if mesh.path is not None and mesh.path.suffix.lower() == ".dae":
         with mesh.path.open("rb") as file:
@@ -102,16 +125,11 @@ def _scaling(mesh: Mesh) -> NDArray[np.float64]:
     return np.array(mesh.scale) * unit
 
 
-def _parts(scene: Any, scaling: NDArray[np.float64]) -> Iterator[Part]:
+def _parts(scene: Any, scaling: Array) -> Iterator[Part]:
     """One part for each colour of the scene, and one for each geometry that is coloured by vertex."""
     by_color: dict[Color | None, list[Triangles]] = {}
-    for node in scene.graph.nodes_geometry:
-        transform, name = scene.graph.get(node)
-        shape = scene.geometry[name]
-        if not isinstance(shape, trimesh.Trimesh) or len(shape.faces) == 0:
-            continue
+    for shape, linear, shift in _placed(scene, scaling):
         color, vertex_colors = _colors(shape)
-        linear, shift = transform[:3, :3] * scaling[:, None], transform[:3, 3] * scaling
         faces = shape.faces if np.linalg.det(linear) >= 0 else shape.faces[:, ::-1]
         triangles = Triangles.of(shape.vertices @ linear.T + shift, faces, vertex_colors)
         by_color.setdefault(None if vertex_colors is not None else color, [])
@@ -121,6 +139,20 @@ def _parts(scene: Any, scaling: NDArray[np.float64]) -> Iterator[Part]:
             yield from _part([triangles], None)
     for color, pieces in by_color.items():
         yield from _part(pieces, color)
+
+
+def _vertices(scene: Any, scaling: Array) -> Iterator[Array]:
+    for shape, linear, shift in _placed(scene, scaling):
+        yield np.asarray(shape.vertices, dtype=float)[np.unique(shape.faces)] @ linear.T + shift
+
+
+def _placed(scene: Any, scaling: Array) -> Iterator[tuple[Any, Array, Array]]:
+    """Every geometry with triangles, its linear map (3, 3) and its shift (3,) into the scaled scene."""
+    for node in scene.graph.nodes_geometry:
+        transform, name = scene.graph.get(node)
+        shape = scene.geometry[name]
+        if isinstance(shape, trimesh.Trimesh) and len(shape.faces):
+            yield shape, transform[:3, :3] * scaling[:, None], transform[:3, 3] * scaling
 
 
 def _part(pieces: list[Triangles], color: Color | None) -> Iterator[Part]:

@@ -1,0 +1,1 @@
+"""Measurements: each is run by itself, `python -m benchmarks.NAME`, and prints a table."""

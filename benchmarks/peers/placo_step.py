@@ -1,0 +1,50 @@
+"""One control step of PlaCo: a quadratic program in C++, as the getting-started page of its documentation sets it up.
+
+`--priority soft` weighs the hand task against the posture; `scaled` makes it an equality whose right side is scaled
+down as little as the limits demand.
+"""
+
+from __future__ import annotations
+
+import argparse
+
+import numpy as np
+import placo
+from timing import System, Work, run
+
+BASE = np.array([0.0, 0, 0, 0, 0, 0, 1])
+"""The floating base that every PlaCo robot has: at rest."""
+
+
+def make(work: Work, arguments: argparse.Namespace) -> System:
+    robot = placo.RobotWrapper(work.urdf, placo.Flags.ignore_collisions)
+    assert tuple(robot.joint_names()) == work.joints
+    solver = placo.KinematicsSolver(robot)
+    solver.mask_fbase(True)
+    hand = solver.add_frame_task(work.tip, np.eye(4))
+    hand.configure("hand", arguments.priority, 1.0, 1.0)
+    posture = solver.add_joints_task()
+    posture.set_joints(dict(zip(work.joints, work.posture)))
+    posture.configure("posture", "soft", 1e-6)
+    solver.enable_joint_limits(True)
+    solver.enable_velocity_limits(True)
+    solver.dt = work.dt
+
+    def update(q: np.ndarray) -> None:
+        robot.state.q = np.concatenate((BASE, q))
+        robot.update_kinematics()
+
+    def step(q: np.ndarray, target: np.ndarray) -> np.ndarray:
+        update(q)
+        hand.T_world_frame = target
+        return solver.solve(False)[6:] / work.dt
+
+    def pose(q: np.ndarray) -> np.ndarray:
+        update(q)
+        return robot.get_T_world_frame(work.tip)
+
+    return System(step, pose)
+
+
+if __name__ == "__main__":
+    run("PlaCo", "placo", make, priority=("soft", "scaled"))

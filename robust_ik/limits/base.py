@@ -1,0 +1,24 @@
+"""What every limit is."""
+
+from __future__ import annotations
+
+import abc
+
+from robust_ik.bounds import Bounds
+from robust_ik.checks import Array
+from robust_ik.robot import Robot
+
+
+class Limit(abc.ABC):
+    """Something that bounds joint velocities."""
+
+    @abc.abstractmethod
+    def bounds(self, robot: Robot, q: Array, previous: Array, dt: float) -> Bounds:
+        """Bounds on the velocity of the step from q.
+
+        Args:
+            robot: The robot.
+            q: Configuration, (nq,).
+            previous: Joint velocities of the step before, (n,), rad/s or m/s.
+            dt: Length of the step, s.
+        """

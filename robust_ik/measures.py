@@ -1,0 +1,41 @@
+"""What the measures of a stack's levels usually are on a robot, to set bounds by."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robust_ik.bounds import Bounds
+from robust_ik.checks import checked_parameter
+from robust_ik.problem import VelocityProblem, stacked
+from robust_ik.resolvers.verdict import reductions
+from robust_ik.robot import Robot
+from robust_ik.tasks import Stack, Task, checked_stack
+
+SAMPLES = 300
+
+
+def measure_bounds(
+    robot: Robot, stack: Stack | Task, fraction: float = 0.2, *, rng: np.random.Generator | None = None
+) -> tuple[float, ...]:
+    """Bounds m̄ for `TaskReconstruction`: a fraction of the median of each level's measure.
+
+    The median is over random configurations within the limits. A level that higher ones leave too few joints for has
+    the measure 0, and is left alone.
+
+    Args:
+        robot: The robot.
+        stack: The stack that is to be resolved.
+        fraction: In (0, 1); .2 keeps away from singularities and leaves most of the workspace.
+        rng: For the samples; the same ones by default.
+
+    Raises:
+        InputError: The fraction is not in (0, 1), or the stack is none.
+    """
+    checked_parameter("fraction", fraction, above=0, below=1)
+    levels = checked_stack(stack)
+    measures = []
+    for q in robot.random(rng or np.random.default_rng(0), SAMPLES):
+        equations = tuple(stacked([task.equation(robot, q) for task in level]) for level in levels)
+        found = reductions(VelocityProblem(equations, Bounds.free(robot.n)))
+        measures.append([each.measure for each in found])
+    return tuple(float(fraction * each) for each in np.median(measures, axis=0))

@@ -1,0 +1,1 @@
+"""Mesh files, read safely: coloured triangles to draw, vertices to measure."""

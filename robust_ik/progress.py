@@ -1,0 +1,41 @@
+"""Progress of long work, for a person at a terminal."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import Progress
+
+PATIENCE = 2.0
+"""Seconds after which a bar is worth showing."""
+
+Told = Callable[[int, int], None]
+"""What is called with (steps done, steps in all)."""
+
+
+@contextmanager
+def progress_bar(what: str) -> Iterator[Told]:
+    """A bar on standard error that appears where work takes longer than a few seconds and somebody is there to see it.
+
+    Args:
+        what: What to call the work.
+    """
+    if not sys.stderr.isatty():
+        yield lambda done, total: None  # noqa: ARG005
+        return
+    bar, began = Progress(console=Console(stderr=True), transient=True), time.monotonic()
+    task = bar.add_task(what, total=None)
+
+    def told(done: int, total: int) -> None:
+        if not bar.live.is_started and time.monotonic() - began > PATIENCE:
+            bar.start()
+        bar.update(task, completed=done, total=total)
+
+    try:
+        yield told
+    finally:
+        bar.stop()

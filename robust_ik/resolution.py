@@ -1,0 +1,115 @@
+"""What a resolver answers: joint velocities, what every level got, and what stood in the way. Arrays only."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from robust_ik.checks import Array
+from robust_ik.errors import listed
+
+SLOWED = 0.1
+"""A level that limits let have less than this share of its motion is held by them."""
+
+
+class Status(enum.Enum):
+    """How a step went; the value says what that means."""
+
+    TRACKING = "The first level is met, and no limit slows any level."
+    SCALED = "A level gets less than it asks for."
+    STUCK = "The first level asks for motion and gets almost none."
+    INFEASIBLE = "Limits contradict each other; the weaker ones yielded."
+
+
+@dataclass(frozen=True, eq=False)
+class LevelResult:
+    """What one level got.
+
+    Attributes:
+        scale: The share of its motion that limits allow, in [0, 1].
+        residual: ẋ − J q̇, (m,), in the units of the task.
+        sigma: Singular values of J in what higher levels leave free, (k,), descending, k = min(m, freedom left).
+        corank: How many of these are zero.
+        kinematic_corank: How many singular values of J itself are zero.
+        algorithmic: Whether an algorithmic singularity is near: J is well conditioned, J in what is left is not.
+    """
+
+    scale: float
+    residual: Array
+    sigma: Array
+    corank: int
+    kinematic_corank: int
+    algorithmic: bool
+
+    @property
+    def manipulability(self) -> float:
+        """Π σ of the level in what higher levels leave free; 1 where nothing is left."""
+        return float(np.prod(self.sigma))
+
+
+@dataclass(frozen=True, eq=False)
+class Resolution:
+    """Joint velocities, and what they could not give.
+
+    Attributes:
+        qdot: Joint velocities, (n,), rad/s or m/s.
+        levels: What each level got, the most important first.
+        active: Limits that q̇ lies on: "joint4 velocity", "link2 - table distance".
+        contradictions: Limits that had to yield to stronger ones.
+        status: How it went.
+    """
+
+    qdot: Array
+    levels: tuple[LevelResult, ...]
+    active: tuple[str, ...]
+    contradictions: tuple[str, ...]
+    status: Status
+
+    @property
+    def scale(self) -> Array:
+        """The share of its motion that limits allow each level, (levels,)."""
+        return np.array([level.scale for level in self.levels])
+
+    @property
+    def residual(self) -> Array:
+        """ẋ − J q̇ of the first level, (m,)."""
+        return self.levels[0].residual
+
+    @property
+    def text(self) -> str:
+        """The step in words: what it means, what stood in the way, what to do."""
+        return " ".join([f"{self.status.name.lower()}: {self.status.value}", *self._facts(), self._advice()]).strip()
+
+    def _facts(self) -> Iterator[str]:
+        if self.contradictions:
+            yield f"Yielded: {listed(self.contradictions, 6)}."
+        slowed = [f"level {i} gets {level.scale:.0%}" for i, level in enumerate(self.levels, 1) if level.scale < 1]
+        if slowed:
+            yield f"Limits: {', '.join(slowed)}; q̇ lies on {listed(self.active, 6)}."
+        for i, level in enumerate(self.levels, 1):
+            if level.kinematic_corank:
+                yield f"Level {i} is singular, corank {level.kinematic_corank}."
+            elif level.algorithmic:
+                yield f"Level {i} is near an algorithmic singularity: levels above want the same joints."
+
+    def _advice(self) -> str:
+        if self.status is Status.TRACKING or not self.levels:
+            return ""
+        if self.status is Status.INFEASIBLE:
+            return "Slow down earlier, allow more acceleration, or lead the robot out of collision."
+        held = self.levels[0].scale < SLOWED
+        if self.status is Status.SCALED:
+            slowed = any(level.scale < 1 for level in self.levels)
+            return "Ask for less speed to keep up." if slowed else "It is held back near a singularity, and catches up."
+        if held:
+            return (
+                "Limits stand in its way: lead the target back inside them, or take QuadraticProgram(), which goes on "
+                "along a limit where resolvers that keep the direction stop."
+            )
+        return (
+            "It pulls along a direction that is lost: lead the target elsewhere, drop rows that are not needed, or "
+            "bend the arm by a SingularValueTask or a PostureTask."
+        )

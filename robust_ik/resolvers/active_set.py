@@ -1,0 +1,84 @@
+"""A small quadratic program to the last digit, from a point inside: the primal active-set method.
+
+Every iterate is inside the constraints and no worse than the one before: it cannot fail, only stop early.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robust_ik.checks import Array
+from robust_ik.linalg import complement
+
+SAME = 1e-10
+"""Unit rows whose slope along a unit step is less than this do not stop it."""
+
+ROUNDING = 1e-11
+"""Multipliers below this fraction of the gradient count as zero."""
+
+
+def minimise(
+    hessian: Array, slope: Array, rows: Array, room: Array, start: Array, working: Sequence[int] = ()
+) -> Array:
+    """The y that minimises ½ yᵀ H y + gᵀ y with rows y ≤ room.
+
+    Args:
+        hessian: H, (d, d), positive definite.
+        slope: g, (d,).
+        rows: (r, d).
+        room: (r,).
+        start: A point inside, (d,).
+        working: Rows that `start` lies on, independent of each other: a guess of those that act at the minimum.
+
+    Source: Nocedal, Wright 2006, algorithm 16.3, with null spaces by QR.
+    """
+    lengths = np.linalg.norm(rows, axis=1)
+    kept = lengths > 0
+    index = np.cumsum(kept) - 1
+    rows, room = rows[kept] / lengths[kept, None], room[kept] / lengths[kept]
+    y, held = start, [int(index[each]) for each in working]
+    for _ in range(3 * (len(rows) + len(y))):
+        step = _free_step(hessian, hessian @ y + slope, rows[held])
+        share, stop = _first_stop(rows, room - rows @ y, step, held)
+        y = y + share * step
+        if stop is not None:
+            held.append(stop)
+            continue
+        gradient = hessian @ y + slope
+        pull = _multipliers(rows[held], gradient)
+        if pull.min(initial=0.0) >= -ROUNDING * np.abs(gradient).max():
+            return y
+        del held[int(np.argmin(pull))]
+    return y
+
+
+def _free_step(hessian: Array, gradient: Array, held: Array) -> Array:
+    """From here to the minimum along what the held rows leave."""
+    if not len(held):
+        return np.asarray(np.linalg.solve(hessian, -gradient))
+    free = complement(np.linalg.qr(held.T)[0].T)
+    return np.asarray(free @ np.linalg.solve(free.T @ hessian @ free, -free.T @ gradient))
+
+
+def _first_stop(rows: Array, room: Array, step: Array, held: Sequence[int]) -> tuple[float, int | None]:
+    """How much of a step there is room for, in [0, 1], and the row that stops it."""
+    slopes = rows @ step
+    slopes[held] = 0.0
+    meets = slopes > np.maximum(room, SAME * np.linalg.norm(step))
+    if not meets.any():
+        return 1.0, None
+    shares: NDArray[np.float64] = np.full(len(rows), np.inf)
+    shares[meets] = np.maximum(room[meets], 0.0) / slopes[meets]
+    stop = int(np.argmin(shares))
+    return float(shares[stop]), stop
+
+
+def _multipliers(held: Array, gradient: Array) -> Array:
+    """How hard the gradient pushes against each held row; negative where it pulls away from it."""
+    if not len(held):
+        return np.zeros(0)
+    Q, R = np.linalg.qr(held.T)
+    return np.asarray(np.linalg.solve(R, -(Q.T @ gradient)))

@@ -1,0 +1,97 @@
+"""The walk down the levels that strict resolvers share."""
+
+from __future__ import annotations
+
+import abc
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from robust_ik.checks import Array, checked_parameter
+from robust_ik.errors import InputError
+from robust_ik.inverses import RobustInverse
+from robust_ik.problem import TaskEquation, VelocityProblem
+from robust_ik.resolution import Resolution
+from robust_ik.resolvers.base import InverseResolver
+from robust_ik.resolvers.feasible import feasible_start
+from robust_ik.resolvers.freedom import Freedom, Reduced
+from robust_ik.resolvers.limiters import Limiter, Saturation, Wish
+from robust_ik.resolvers.ramp import ramped
+from robust_ik.resolvers.verdict import verdict
+
+
+@dataclass(frozen=True, eq=False)
+class Settled:
+    """Where a level stands when its turn comes.
+
+    Attributes:
+        problem: What is being solved.
+        index: The level, from 0.
+        inverse: Its inverse.
+        qdot: Joint velocities settled by the start and the levels above, (n,).
+        freedom: What the levels above leave.
+        reduced: What each level's Jacobian can do in what is left to it, down to this level.
+    """
+
+    problem: VelocityProblem
+    index: int
+    inverse: RobustInverse
+    qdot: Array
+    freedom: Freedom
+    reduced: tuple[Reduced, ...]
+
+    @property
+    def equation(self) -> TaskEquation:
+        """The level's equation."""
+        return self.problem.levels[self.index]
+
+    @property
+    def missing(self) -> Array:
+        """ẋ − J q̇: what the level still has to do, (m,)."""
+        return self.equation.xdot - self.equation.J @ self.qdot
+
+
+@dataclass(frozen=True)
+class PriorityResolver(InverseResolver):
+    """Levels one after another; each moves in what the ones before leave free, fitted into the bounds by a limiter.
+
+    Attributes:
+        inverse: The robust inverse of every level, or a sequence of them, the last one serving all further levels.
+        limiter: How a level's motion is fitted into the bounds.
+        release: Task directions with σ ≤ release·σ₁ are left to lower levels; 0 for none. More than 0 lets lower levels
+            use a joint direction that a singularity frees, at the price of a jump and of moving the task by that much.
+    """
+
+    limiter: Limiter = field(default_factory=Saturation)
+    release: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not isinstance(self.limiter, Limiter):
+            raise InputError(f"limiter must be Scaling(), Saturation() or QuadraticProgram(), got {self.limiter!r}")
+        checked_parameter("release", self.release, least=0, below=1)
+
+    @abc.abstractmethod
+    def motion(self, settled: Settled) -> Array:
+        """What a level wants on top of what is settled, (n,); the part outside its freedom is dropped."""
+
+    def resolve(self, problem: VelocityProblem) -> Resolution:
+        """See `Resolver.resolve`."""
+        qdot, bounds = feasible_start(problem.bounds.lasting)
+        lasting = replace(problem, bounds=bounds)
+        freedom, scales = Freedom.whole(len(qdot)), []
+        reduced: tuple[Reduced, ...] = ()
+        for index, equation in enumerate(problem.levels):
+            reduced = (*reduced, freedom.reduce(equation.J, self.release))
+            settled = Settled(lasting, index, self.inverse_of(index), qdot, freedom, reduced)
+            motion = freedom.project(self.motion(settled))
+            change, scale = self.limiter.limit(Wish(qdot, motion, reduced[-1], freedom, bounds))
+            qdot = np.clip(qdot + change, bounds.lower, bounds.upper)
+            scales.append(scale)
+            freedom = Freedom(reduced[-1].below)
+        if problem.bounds.last is None:
+            return verdict(lasting, qdot, scales, reduced)
+        qdot, shares, contradictions = ramped(qdot, problem.bounds, self.limiter, reduced)
+        yielded = tuple(dict.fromkeys([*bounds.contradictions, *contradictions]))
+        bounds = replace(problem.bounds, contradictions=yielded)
+        return verdict(replace(problem, bounds=bounds), qdot, [a * b for a, b in zip(scales, shares)], reduced)

@@ -1,0 +1,57 @@
+"""From the last velocities towards those that are wanted, as fast as acceleration limits allow.
+
+Levels are resolved as if acceleration were free; then each level goes from the last velocities to what it was given,
+the first level first. So a level that must wait goes on as it went, rather than to brake and to start again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from robust_ik.bounds import Bounds
+from robust_ik.checks import Array
+from robust_ik.resolvers.feasible import feasible_start
+from robust_ik.resolvers.freedom import Freedom, Reduced
+from robust_ik.resolvers.limiters import Limiter, Scaling, Wish
+
+
+def ramped(
+    aim: Array, bounds: Bounds, limiter: Limiter, reduced: Sequence[Reduced]
+) -> tuple[Array, list[float], tuple[str, ...]]:
+    """Joint velocities on the way to the aim.
+
+    Args:
+        aim: What is wanted, inside the bounds but for acceleration, (n,).
+        bounds: All of them.
+        limiter: How a level's motion is fitted in.
+        reduced: The levels' Jacobians in what is left to each.
+
+    Returns:
+        q̇ inside the bounds, (n,); the share of the way that each level goes; limits that had to yield.
+    """
+    qdot, bounds = feasible_start(bounds, bounds.last)
+    freedom, shares = Freedom.whole(len(aim)), []
+    for index, level in enumerate(reduced):
+        way = level.along(aim - qdot)
+        change, share = limiter.limit(Wish(qdot, way, level, freedom, bounds))
+        if index == 0 and share < 1:
+            change = _nearer(qdot, change, way, level, bounds)
+        qdot = np.clip(qdot + change, bounds.lower, bounds.upper)
+        shares.append(share)
+        freedom = Freedom(level.below)
+    # What no level asks for, each joint by itself would disturb the levels: all together.
+    change, _ = Scaling().limit(Wish(qdot, freedom.project(aim - qdot), reduced[-1], freedom, bounds))
+    return np.clip(qdot + change, bounds.lower, bounds.upper), shares, bounds.contradictions
+
+
+def _nearer(qdot: Array, change: Array, way: Array, level: Reduced, bounds: Bounds) -> Array:
+    """The change, or every joint as far on the way as it can where that brings the level nearer to its aim.
+
+    The first level need not spare others: so one joint that cannot brake harder does not keep the rest from braking.
+    """
+    each = np.clip(qdot + way, bounds.lower, bounds.upper) - qdot
+    each = bounds.largest_step(qdot, each) * each
+    missing = [float(np.linalg.norm(level.motions @ (way - tried))) for tried in (change, each)]
+    return each if missing[1] < missing[0] else change

@@ -1,0 +1,86 @@
+"""All levels at once, weighted against each other: soft priorities."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+
+from robust_ik.checks import Array, checked_parameter
+from robust_ik.errors import InputError
+from robust_ik.problem import VelocityProblem
+from robust_ik.resolution import Resolution
+from robust_ik.resolvers.base import InverseResolver
+from robust_ik.resolvers.feasible import feasible_start
+from robust_ik.resolvers.filtered import filtered_motion
+from robust_ik.resolvers.freedom import Freedom
+from robust_ik.resolvers.qp import REGULARISATION, check_backend, share_of, solve_within
+from robust_ik.resolvers.verdict import reductions, verdict
+
+
+@dataclass(frozen=True)
+class WeightedPriority(InverseResolver):
+    """Minimises Σᵢ wᵢ ‖Jᵢ q̇ − Jᵢ Jᵢ# ẋᵢ‖² within the bounds: levels trade off against each other.
+
+    Each level is filtered by its robust inverse # first, so that none asks for what a singularity takes away. Lower
+    levels do disturb higher ones, by about the ratio of their weights: take `TaskPriority` where they must not.
+
+    Attributes:
+        inverse: The robust inverse of every level, or a sequence of them, the last one serving all further levels.
+        weights: Weight of every level, > 0; the last two go on as a geometric row: (1, 1e-3) weighs the third 1e-6.
+        backend: A solver that qpsolvers knows; "daqp" comes with this package.
+    """
+
+    source: ClassVar[str] = "Escande-Mansard-Wieber 2014, the weighted case, on filtered tasks"
+    weights: Sequence[float] = (1.0, 1e-3)
+    backend: str = "daqp"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        given = self.weights if isinstance(self.weights, (list, tuple)) else ()
+        if not given:
+            raise InputError(f"weights must be one number > 0 for each level, got {self.weights!r}")
+        object.__setattr__(self, "weights", tuple(checked_parameter("weights", each, above=0) for each in given))
+        check_backend(self.backend)
+
+    def weight_of(self, level: int) -> float:
+        """The weight of a level, from 0."""
+        beyond = level - len(self.weights) + 1
+        if beyond <= 0:
+            return self.weights[level]
+        ratio = self.weights[-1] / self.weights[-2] if len(self.weights) > 1 else 1.0
+        return float(self.weights[-1] * ratio**beyond)
+
+    def resolve(self, problem: VelocityProblem) -> Resolution:
+        """See `Resolver.resolve`."""
+        start, bounds = feasible_start(problem.bounds)
+        problem = replace(problem, bounds=bounds)
+        rows, wanted = self._weighted(problem)
+        hessian = rows.T @ rows
+        hessian += (REGULARISATION * max(float(np.trace(hessian)), LEAST)) * np.eye(len(start))
+        free = np.linalg.solve(hessian, rows.T @ wanted).astype(float)
+        if bounds.contains(free, 0.0):
+            return verdict(problem, free, [1.0] * len(problem.levels), reductions(problem))
+        slope = hessian @ start - rows.T @ wanted
+        change = solve_within(hessian, slope, np.eye(len(start)), bounds, start, self.backend)
+        qdot = np.clip(start + change, bounds.lower, bounds.upper)
+        return verdict(
+            problem, qdot, [share_of(each.J @ free, each.J @ qdot) for each in problem.levels], reductions(problem)
+        )
+
+    def _weighted(self, problem: VelocityProblem) -> tuple[Array, Array]:
+        """All levels as one, each filtered, every row times the root of its level's weight."""
+        whole = Freedom.whole(len(problem.bounds.lower))
+        rows, wanted = [], []
+        for level, equation in enumerate(problem.levels):
+            motion = filtered_motion(self.inverse_of(level), whole.reduce(equation.J), equation, equation.xdot, whole)
+            root = np.sqrt(self.weight_of(level))
+            rows.append(root * equation.J)
+            wanted.append(root * (equation.J @ motion))
+        return np.concatenate(rows), np.concatenate(wanted)
+
+
+LEAST = 1e-12
+"""What the regularisation is measured by where nothing is asked."""

@@ -1,0 +1,116 @@
+"""What leads from one pose, rotation or direction to another. Arrays only."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robust_ik.checks import Array, check_leading_axes, checked_rigid
+from robust_ik.rows import ROWS
+
+
+def pose_error(T_world_tool: ArrayLike, T_world_target: ArrayLike) -> Array:
+    """The twist that leads from a pose to a target in unit time.
+
+    Args:
+        T_world_tool: Current poses, (..., 4, 4).
+        T_world_target: Wanted poses, (..., 4, 4), leading axes broadcast.
+
+    Returns:
+        (..., 6): position difference in m, then the rotation vector in rad, both in world axes. The rotation angle
+        is right up to and including π; at π exactly either of the two opposite axes is right.
+
+    Source: J-PARSE, section VI (with a logarithm that is safe near π).
+    """
+    current = checked_rigid(T_world_tool, "T_world_tool")
+    target = checked_rigid(T_world_target, "T_world_target")
+    check_leading_axes("T_world_tool", current.shape[:-2], "T_world_target", target.shape[:-2])
+    position = target[..., :3, 3] - current[..., :3, 3]
+    rotation = rotation_vector(target[..., :3, :3] @ np.swapaxes(current[..., :3, :3], -1, -2))
+    return np.concatenate(np.broadcast_arrays(position, rotation), axis=-1)
+
+
+def error_in_rows(current: Array, target: Array, rows: tuple[str, ...]) -> Array:
+    """The pose error in some rows, (6,), zero in the others.
+
+    Where two of the three rotations are controlled, the third is free: the error is then the swing, the shortest
+    rotation that is left once the free one has been used. The rows of the rotation vector would be turned against it
+    by half the free angle, and would lead nowhere where that is π.
+
+    Args:
+        current: Pose, (4, 4).
+        target: Pose, (4, 4).
+        rows: Of x y z wx wy wz.
+    """
+    error = np.zeros(6)
+    error[:3] = target[:3, 3] - current[:3, 3]
+    angular = [row for row in rows if row in ROWS[3:]]
+    if len(angular) == 2:
+        turn = target[:3, :3] @ current[:3, :3].T
+        free = next(index for index in range(3) if ROWS[3 + index] not in angular)
+        error[3:] = swing(turn[free], np.eye(3)[free])
+    elif angular:
+        error[3:] = rotation_vector(target[:3, :3] @ current[:3, :3].T)
+    for index, row in enumerate(ROWS):
+        if row not in rows:
+            error[index] = 0.0
+    return error
+
+
+def swing(now: Array, wanted: Array) -> Array:
+    """The shortest rotation that brings one unit vector to another, (3,), rad: perpendicular to both.
+
+    At π every perpendicular axis is right; one of them is taken.
+    """
+    axis = cross(now, wanted)
+    sine = math.sqrt(axis @ axis)
+    angle = math.atan2(sine, now @ wanted)
+    if sine > 1e-12:
+        return np.asarray(axis * (angle / sine))
+    return angle * perpendicular(wanted)[0] if angle > 1 else axis
+
+
+def perpendicular(direction: Array) -> Array:
+    """Two unit vectors as rows that form a right-handed frame with a third, a unit vector, (2, 3)."""
+    least = np.argmin(np.abs(direction))
+    first = -direction[least] * direction
+    first[least] += 1
+    first /= math.sqrt(first @ first)
+    return np.stack([first, cross(direction, first)])
+
+
+def cross(a: Array, b: Array) -> Array:
+    """The cross product along the first axis, (3, ...) and (3, ...); the other axes broadcast."""
+    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+
+
+def rotation_vector(R: Array) -> Array:
+    """The logarithm of rotation matrices, (..., 3, 3) → (..., 3), by way of the quaternion of largest component."""
+    quaternion = _quaternion(R)
+    sine = np.sqrt((quaternion[..., 1:] ** 2).sum(axis=-1, keepdims=True))
+    angle = 2 * np.arctan2(sine, quaternion[..., :1])
+    small = sine < 1e-9
+    factor = np.where(small, 2.0, angle / np.where(small, 1.0, sine))
+    return np.asarray(factor * quaternion[..., 1:])
+
+
+def _quaternion(R: Array) -> Array:
+    """Unit quaternions (w, x, y, z) with w ≥ 0; the row with the largest pivot keeps every digit."""
+    flat = np.reshape(R, (-1, 3, 3))
+    diagonal = np.diagonal(flat, axis1=1, axis2=2)
+    # Row i is 4 q_i (w, x, y, z).
+    rows = np.empty((len(flat), 4, 4))
+    rows[:, 1:, 1:] = flat + flat.transpose(0, 2, 1)
+    twice = flat[:, [2, 0, 1], [1, 2, 0]] - flat[:, [1, 2, 0], [2, 0, 1]]
+    rows[:, 0, 1:], rows[:, 1:, 0] = twice, twice
+    rows[:, range(4), range(4)] = 1 + diagonal @ _SIGNS
+    pivot = np.argmax(np.diagonal(rows, axis1=1, axis2=2), axis=1)
+    row = rows[np.arange(len(flat)), pivot]
+    row *= np.where(row[:, :1] < 0, -1.0, 1.0) / np.sqrt((row**2).sum(axis=1, keepdims=True))
+    return np.reshape(row, (*np.shape(R)[:-2], 4))
+
+
+_SIGNS = np.array([[1.0, 1.0, -1.0, -1.0], [1.0, -1.0, 1.0, -1.0], [1.0, -1.0, -1.0, 1.0]])
+"""Columns: the signs of xx, yy, zz in 4 w², 4 x², 4 y², 4 z², each less 1."""

@@ -1,0 +1,100 @@
+"""The record of a run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robust_ik.checks import Array
+from robust_ik.resolution import Status
+from robust_ik.resolvers import Resolver
+from robust_ik.robot import Robot
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """A recorded run of N steps; row i of every array belongs to time[i], before step i is taken.
+
+    The frame that poses and errors are of is that of the stack's first task with a target pose, else the robot's tip.
+    L is the largest number of levels; entries of levels that a step does not have are NaN.
+
+    Attributes:
+        robot: The robot that ran.
+        resolver: What drove it.
+        name: What to call the run: the inverse if it is the same for every level, else the resolver.
+        time: Seconds, (N,).
+        q: Configurations, (N, nq).
+        qdot: Commanded joint velocities, (N, n).
+        target: Target poses, (N, 4, 4); the pose itself where there is none.
+        pose: Poses of the frame, (N, 4, 4).
+        error: Target minus pose, (N, 6): m, then rad, world axes; zero in rows that the task does not have.
+        sigma: Singular values of the frame's Jacobian in the robot's rows, (N, k), descending.
+        scale: The share of its motion that limits allow each level, (N, L).
+        residual: ‖ẋ − J q̇‖ of each level, (N, L).
+        manipulability: Π σ of each level in what the levels above leave, (N, L).
+        smallest_level_sigma: The smallest σ of each level in what the levels above leave, (N, L).
+        corank: How many of these σ are zero, (N, L).
+        algorithmic: Whether an algorithmic singularity is near, (N, L).
+        status: How each step went, (N,) of `Status`.
+        active: Limits that each step's velocities lie on, N tuples of names.
+        contradictions: Limits that had to yield in each step, N tuples of names.
+        seconds_per_step: Median wall-clock time of one control step.
+        final_q: Configuration after the last step, (nq,).
+        final_error: Target minus pose there, (6,).
+    """
+
+    robot: Robot
+    resolver: Resolver
+    name: str
+    time: Array
+    q: Array
+    qdot: Array
+    target: Array
+    pose: Array
+    error: Array
+    sigma: Array
+    scale: Array
+    residual: Array
+    manipulability: Array
+    smallest_level_sigma: Array
+    corank: Array
+    algorithmic: Array
+    status: NDArray[np.object_]
+    active: tuple[tuple[str, ...], ...]
+    contradictions: tuple[tuple[str, ...], ...]
+    seconds_per_step: float
+    final_q: Array
+    final_error: Array
+
+    @property
+    def largest_speed(self) -> float:
+        """Largest |q̇| of any joint, rad/s or m/s."""
+        return float(np.abs(self.qdot).max())
+
+    @property
+    def largest_speed_ratio(self) -> float:
+        """Largest |q̇| of any joint over its own speed limit; 0 where no limit is stated."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = np.abs(self.qdot) / self.robot.velocity_limit
+        return float(np.nan_to_num(ratio, nan=0.0, posinf=np.inf).max())
+
+    @property
+    def position_error(self) -> Array:
+        """Distance from the target, (N,), m."""
+        return np.asarray(np.linalg.norm(self.error[:, :3], axis=-1))
+
+    @property
+    def rotation_error(self) -> Array:
+        """Angle from the target, (N,), rad."""
+        return np.asarray(np.linalg.norm(self.error[:, 3:], axis=-1))
+
+    @property
+    def smallest_sigma(self) -> float:
+        """The smallest singular value of the frame's Jacobian that was met."""
+        return float(self.sigma[:, -1].min())
+
+    def share(self, status: Status) -> float:
+        """The fraction of the steps that went so."""
+        return float(np.mean([each is status for each in self.status]))

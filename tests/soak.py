@@ -1,0 +1,149 @@
+"""Random control steps on real robots, every promise about limits checked after each: `make soak`."""
+
+import argparse
+import itertools
+import time
+
+import numpy as np
+from rich.progress import Progress
+
+import robust_ik as rik
+from tests.cases_resolvers import RESOLVERS
+
+ROBOTS = {
+    "panda": {},
+    "ur5": {},
+    "xarm7": {},
+    "kinova": {},  # continuous joints
+    "tiago": {},  # a prismatic torso
+    "pa10": {},  # no limits in its table but what we set here
+    "planar_2r": {},  # more rows than joints
+    "baxter": {"tip": "left_gripper", "whole_tree": True},  # two arms
+}
+TOLERANCE = 1e-9
+RUN = 25
+"""Steps of one run, from one start."""
+
+
+def soak(robots, steps, seed, told=lambda done: None):
+    """Runs of random resolvers, stacks, limits and starts; raises at the first broken promise.
+
+    Returns:
+        How many steps went how, by status.
+    """
+    rng = np.random.default_rng(seed)
+    counts = dict.fromkeys(rik.Status, 0)
+    for done, robot in zip(range(0, steps, RUN), itertools.cycle(robots)):
+        for status in one_run(robot, rng):
+            counts[status] += 1
+        told(min(done + RUN, steps))
+    return counts
+
+
+def one_run(robot, rng):
+    """Statuses of a run; what broke a promise is in the message."""
+    limits = random_limits(robot, rng)
+    resolver = RESOLVERS[rng.integers(len(RESOLVERS))]
+    dt = float(rng.choice([1e-3, 1e-2, 0.1]))
+    q, stack = random_start(robot, limits, rng), random_stack(robot, rng)
+    controller = rik.VelocityController(robot, resolver, limits)
+    for _ in range(RUN):
+        before = controller.qdot
+        step = controller.step(q, stack, dt)
+        after = robot.integrate(q, dt * step.qdot)
+        where = f"{robot.name}, {resolver}, q={q!r}"
+        assert np.isfinite(step.qdot).all(), where
+        assert (np.abs(step.qdot) <= limits.velocity + TOLERANCE).all(), f"speed: {where}"
+        out_before, out_after = (outside(robot, limits, each) for each in (q, after))
+        assert (out_after <= np.maximum(out_before, 0) + TOLERANCE).all(), f"position: {where}"
+        returning = (out_before > TOLERANCE) & (limits.velocity > 0)
+        assert (out_after[returning] < out_before[returning]).all() or np.isfinite(limits.acceleration).any(), where
+        too_much = np.abs(step.qdot - before) > limits.acceleration * dt + TOLERANCE
+        for name in np.array(robot.joint_names)[too_much]:
+            assert f"{name} acceleration" in step.contradictions, f"acceleration of {name}: {where}"
+        assert (step.status is rik.Status.INFEASIBLE) == bool(step.contradictions), where
+        assert ((step.scale >= 0) & (step.scale <= 1)).all(), where
+        assert step.text, where
+        yield step.status
+        q = after
+
+
+def outside(robot, limits, q):
+    """How far each joint is outside its limits, negative inside."""
+    values = robot.joint_values(q)
+    return np.maximum(values - limits.upper, limits.lower - values)
+
+
+def random_limits(robot, rng):
+    """The robot's own, sometimes with margins, accelerations, or a joint that must not move."""
+    finite = np.minimum(robot.velocity_limit, 2.0)
+    finite = np.where(rng.random(robot.n) < 0.02, 0.0, finite)
+    span = np.minimum(robot.upper - robot.lower, 2.0)
+    return rik.JointLimits.of(
+        robot,
+        velocity=finite,
+        margin=rng.choice([0.0, 0.05, 0.2]) * span,
+        acceleration=rng.choice([np.inf, 0.5, 5.0, 50.0]),
+        recovery_speed=float(rng.choice([0.05, 0.5])),
+    )
+
+
+def random_start(robot, limits, rng):
+    """Inside, on a limit, outside, or in a configuration of right angles, which is often singular."""
+    q = robot.joint_values(robot.random(rng))
+    kind = rng.integers(5)
+    if kind == 1:
+        return robot.configuration(np.clip(np.where(rng.random(robot.n) < 0.5, limits.upper, limits.lower), -3, 3))
+    if kind == 2:
+        push = rng.normal(size=robot.n) * 0.3
+        return robot.configuration(np.clip(q, limits.lower, limits.upper) + push)
+    if kind == 3:
+        return robot.configuration(np.clip(np.pi / 2 * rng.integers(-2, 3, robot.n), limits.lower, limits.upper))
+    if kind == 4:
+        return robot.rest
+    return robot.configuration(np.clip(q, limits.lower, limits.upper))
+
+
+def random_stack(robot, rng):
+    """One to four levels of tasks, targets near and far, out of reach, contradicting each other."""
+    frames = [robot.tip, robot.frames[int(rng.integers(1, len(robot.frames)))]]
+    near = robot.pose(robot.random(rng), frames[0])
+    far = near.copy()
+    far[:3, 3] *= 10
+    tasks = [
+        rik.FrameTask(near, gain=float(rng.choice([0.5, 10.0]))),
+        rik.FrameTask(far, gain=5.0, max_linear=0.3),
+        rik.PositionTask(near[:3, 3], frame=frames[1]),
+        rik.OrientationTask(near[:3, :3], gain=3.0, rows=("wx", "wy", "wz")),
+        rik.PostureTask(robot.random(rng)),
+        rik.PostureTask(robot.rest, max_speed=0.3),
+        rik.TwistTask(rng.normal(size=6) * rng.choice([0.01, 1.0, 100.0])),
+        rik.ManipulabilityTask(),
+        rik.SingularValueTask(threshold=0.1),
+        rik.DampingTask(),
+    ]
+    levels = int(rng.integers(1, 5))
+    return [[tasks[i] for i in rng.choice(len(tasks), int(rng.integers(1, 3)), replace=False)] for _ in range(levels)]
+
+
+def load_robots():
+    return [rik.load(name, **how) for name, how in ROBOTS.items()]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--steps", type=int, default=1_000_000)
+    parser.add_argument("--seed", type=int, default=0)
+    arguments = parser.parse_args()
+    robots, started = load_robots(), time.perf_counter()
+    with Progress() as bar:
+        task = bar.add_task("steps", total=arguments.steps)
+        counts = soak(robots, arguments.steps, arguments.seed, lambda done: bar.update(task, completed=done))
+    seconds = time.perf_counter() - started
+    print(f"{sum(counts.values()):,} steps on {len(robots)} robots in {seconds:.0f} s, no promise broken")
+    for status, count in counts.items():
+        print(f"  {status.name.lower():<11}{count:>10,}")
+
+
+if __name__ == "__main__":
+    main()
