@@ -8,7 +8,7 @@ import numpy as np
 from rich.progress import Progress
 
 import robust_ik as rik
-from tests.cases_resolvers import RESOLVERS
+from tests.cases_resolvers import RESOLVERS, STRICT
 
 ROBOTS = {
     "panda": {},
@@ -21,6 +21,9 @@ ROBOTS = {
     "baxter": {"tip": "left_gripper", "whole_tree": True},  # two arms
 }
 TOLERANCE = 1e-9
+CHECKED = 0.2
+"""The share of steps that are taken once more with the first level alone."""
+
 RUN = 25
 """Steps of one run, from one start."""
 
@@ -47,23 +50,32 @@ def one_run(robot, rng):
     dt = float(rng.choice([1e-3, 1e-2, 0.1]))
     q, stack = random_start(robot, limits, rng), random_stack(robot, rng)
     controller = rik.VelocityController(robot, resolver, limits)
+    if rng.random() < 0.3:  # in motion, perhaps too fast to stop
+        controller.reset(rng.normal(size=robot.n) * rng.choice([0.1, 1.0, 5.0]))
     for _ in range(RUN):
         before = controller.qdot
         step = controller.step(q, stack, dt)
-        after = robot.integrate(q, dt * step.qdot)
         where = f"{robot.name}, {resolver}, q={q!r}"
-        assert np.isfinite(step.qdot).all(), where
+        assert np.isfinite(step.qdot).all(), f"not finite: {where}"
+        after = robot.integrate(q, dt * step.qdot)
         assert (np.abs(step.qdot) <= limits.velocity + TOLERANCE).all(), f"speed: {where}"
         out_before, out_after = (outside(robot, limits, each) for each in (q, after))
         assert (out_after <= np.maximum(out_before, 0) + TOLERANCE).all(), f"position: {where}"
         returning = (out_before > TOLERANCE) & (limits.velocity > 0)
-        assert (out_after[returning] < out_before[returning]).all() or np.isfinite(limits.acceleration).any(), where
+        if np.isinf(limits.acceleration).all():
+            assert (out_after[returning] < out_before[returning]).all(), f"return: {where}"
         too_much = np.abs(step.qdot - before) > limits.acceleration * dt + TOLERANCE
         for name in np.array(robot.joint_names)[too_much]:
             assert f"{name} acceleration" in step.contradictions, f"acceleration of {name}: {where}"
-        assert (step.status is rik.Status.INFEASIBLE) == bool(step.contradictions), where
-        assert ((step.scale >= 0) & (step.scale <= 1)).all(), where
-        assert step.text, where
+        assert (step.status is rik.Status.INFEASIBLE) == bool(step.contradictions), f"status: {where}"
+        assert ((step.scale >= 0) & (step.scale <= 1)).all(), f"shares: {where}"
+        assert step.text.startswith(step.status.name.lower()), f"text: {where}"
+        if resolver in STRICT and len(stack) > 1 and rng.random() < CHECKED:
+            first = rik.VelocityController(robot, resolver, limits)
+            first.reset(before)
+            alone = first.step(q, stack[:1], dt)
+            assert np.abs(step.residual - alone.residual).max() <= TOLERANCE, f"first level: {where}"
+            assert abs(step.scale[0] - alone.scale[0]) <= 1e-6, f"scale of the first level: {where}"
         yield step.status
         q = after
 

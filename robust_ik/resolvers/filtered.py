@@ -35,13 +35,21 @@ def filtered_motion(
     kind = type(inverse)
     if kind.velocity is SingularValueFilter.velocity and kind.solve is SingularValueFilter.solve:
         return (wanted @ reduced.U * level_gains(inverse, reduced)) @ reduced.Vt  # decomposed already
-    hessian = equation.hessian
-    if inverse.needs_hessian and hessian is not None:
+    whole = freedom.basis.shape[1] == equation.J.shape[1]
+    left, hessian = equation.J if whole else reduced.matrix, equation.hessian
+    if not whole and inverse.needs_hessian and hessian is not None:
         N = freedom.basis @ freedom.basis.T
         hessian = np.einsum("ijk,ja,kb->iab", hessian, N, N, optimize=True)
     if inverse.relative and reduced.s[0] < reduced.sigma_max * (1 - 1e-12):
         inverse = _relative_to(equation.J, inverse)
-    return inverse.velocity(TaskEquation(reduced.matrix, wanted, equation.error, hessian))
+    return _velocity(inverse, TaskEquation(left, wanted, equation.error, hessian))
+
+
+def _velocity(inverse: RobustInverse, equation: TaskEquation) -> Array:
+    """What the inverse gives; of first order where it could use a Hessian and the task has none."""
+    if inverse.needs_hessian and equation.hessian is None:
+        return inverse.solve(equation.J, equation.xdot)
+    return inverse.velocity(equation)
 
 
 def _relative_to(J: Array, inverse: RobustInverse) -> RobustInverse:
@@ -60,9 +68,13 @@ class _Beside(RobustInverse):
     inverse: RobustInverse
     sigma: float
 
+    @property
+    def needs_hessian(self) -> bool:
+        return self.inverse.needs_hessian
+
     def solve(self, J: ArrayLike, xdot: ArrayLike) -> Array:
         J, xdot = np.asarray(J), np.asarray(xdot)
-        return self.velocity(TaskEquation(J, xdot, xdot))
+        return self.velocity(TaskEquation(J, xdot, np.zeros_like(xdot)))
 
     def velocity(self, equation: TaskEquation) -> Array:
         J, hessian = equation.J, equation.hessian
@@ -72,7 +84,7 @@ class _Beside(RobustInverse):
         if hessian is not None:
             hessian = np.pad(hessian, ((0, 1), (0, 1), (0, 1)))
         beside = TaskEquation(wider, np.append(equation.xdot, 0.0), np.append(equation.error, 0.0), hessian)
-        return self.inverse.velocity(beside)[:n]
+        return _velocity(self.inverse, beside)[:n]
 
 
 def level_gains(inverse: RobustInverse, reduced: Reduced) -> Array:

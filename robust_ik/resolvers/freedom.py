@@ -23,7 +23,7 @@ class Reduced:
         Vt: Joint directions as rows, (k, n), orthonormal.
         own: All singular values of J itself, descending.
         below: The basis of what the level leaves to lower ones, (n, d').
-        idle: The basis of what moves the level nowhere, (n, d − rank): all of `below`, unless something is released.
+        idle: The basis of what moves the level nowhere, (n, d − rank), within `below`.
     """
 
     U: Array
@@ -48,9 +48,14 @@ class Reduced:
         """The joint directions that move the level, as rows, (rank, n)."""
         return self.Vt[: self.rank]
 
+    @property
+    def taken(self) -> Array:
+        """The joint directions that lower levels may not use, as rows: `motions` but for what is released or lost."""
+        return self.Vt[: self.rank - (self.below.shape[1] - self.idle.shape[1])]
+
     def along(self, qdot: Array) -> Array:
-        """The part of a joint motion that moves the level, (n,)."""
-        return self.motions.T @ (self.motions @ qdot)
+        """The part of a joint motion that lower levels have no share in, (n,)."""
+        return self.taken.T @ (self.taken @ qdot)
 
     @property
     def measure(self) -> float:

@@ -29,21 +29,29 @@ def ramped(
         reduced: The levels' Jacobians in what is left to each.
 
     Returns:
-        q̇ inside the bounds, (n,); the share of the way that each level goes; limits that had to yield.
+        q̇ inside the bounds, (n,); the share of its aim, or of the way to it if that is longer, that each level gets;
+        limits that had to yield.
     """
     qdot, bounds = feasible_start(bounds, bounds.last)
     freedom, shares = Freedom.whole(len(aim)), []
     for index, level in enumerate(reduced):
-        way = level.along(aim - qdot)
+        way, start = level.along(aim - qdot), qdot
         change, share = limiter.limit(Wish(qdot, way, level, freedom, bounds))
         if index == 0 and share < 1:
             change = _nearer(qdot, change, way, level, bounds)
         qdot = np.clip(qdot + change, bounds.lower, bounds.upper)
-        shares.append(share)
+        shares.append(1.0 if share == 1 else _share(level.matrix, aim, start, qdot))
         freedom = Freedom(level.below)
     # What no level asks for, each joint by itself would disturb the levels: all together.
     change, _ = Scaling().limit(Wish(qdot, freedom.project(aim - qdot), reduced[-1], freedom, bounds))
     return np.clip(qdot + change, bounds.lower, bounds.upper), shares, bounds.contradictions
+
+
+def _share(J: Array, aim: Array, start: Array, qdot: Array) -> float:
+    """How near q̇ is to the aim; all of it where what is missing is small beside the aim, however short the way."""
+    size = max(float(np.linalg.norm(J @ aim)), float(np.linalg.norm(J @ (aim - start))))
+    missing = float(np.linalg.norm(J @ (aim - qdot)))
+    return max(0.0, 1 - missing / size) if size > 0 else 1.0
 
 
 def _nearer(qdot: Array, change: Array, way: Array, level: Reduced, bounds: Bounds) -> Array:
@@ -53,5 +61,5 @@ def _nearer(qdot: Array, change: Array, way: Array, level: Reduced, bounds: Boun
     """
     each = np.clip(qdot + way, bounds.lower, bounds.upper) - qdot
     each = bounds.largest_step(qdot, each) * each
-    missing = [float(np.linalg.norm(level.motions @ (way - tried))) for tried in (change, each)]
+    missing = [float(np.linalg.norm(level.taken @ (way - tried))) for tried in (change, each)]
     return each if missing[1] < missing[0] else change

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Sequence
 
 from robust_ik.errors import InputError
@@ -22,13 +23,15 @@ def checked_levels(name: str, levels: object) -> tuple[tuple[Task, ...], ...]:
         InputError: They are no list of lists of tasks; the message says what is not.
     """
     if not isinstance(levels, (list, tuple)):
-        raise InputError(f"{name} must be a list of levels, each a list of tasks, such as [[task]], got {levels!r}")
+        shown = reprlib.repr(levels)
+        raise InputError(f"{name} must be a list of levels, each a list of tasks, such as [[task]], got {shown}")
     for level in levels:
         if not isinstance(level, (list, tuple)) or not level:
-            raise InputError(f"a level of {name} must be a list of tasks, at least one, such as [task], got {level!r}")
+            shown = reprlib.repr(level)
+            raise InputError(f"a level of {name} must be a list of tasks, at least one, such as [task], got {shown}")
         for task in level:
             if not isinstance(task, Task):
-                raise InputError(f"{name} must hold tasks, got {task!r}")
+                raise InputError(f"{name} must hold tasks, got {reprlib.repr(task)}")
     return tuple(tuple(level) for level in levels)
 
 

@@ -1,0 +1,212 @@
+"""How a level's motion is fitted into the bounds: direction, share, optimality."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+import qpsolvers
+from numpy.testing import assert_allclose
+from scipy.optimize import linprog
+
+import robust_ik as rik
+from robust_ik.bounds import Bounds
+from robust_ik.problem import TaskEquation, VelocityProblem
+from robust_ik.resolvers import active_set
+from robust_ik.resolvers.feasible import feasible_start
+from robust_ik.resolvers.filtered import filtered_motion
+from robust_ik.resolvers.freedom import Freedom
+from robust_ik.resolvers.limiters import Wish
+from tests.cases_resolvers import BOXES, named_box, random_problem
+
+SCALING, SATURATION = rik.Scaling(), rik.Saturation()
+NEAREST, DIRECTED = rik.QuadraticProgram(), rik.QuadraticProgram(keep_direction=True)
+BACKENDS = [name for name in ("daqp", "proxqp", "quadprog") if name in qpsolvers.available_solvers]
+WORTH = 1e-3
+"""Wishes smaller than this are left out where shares are compared: the tolerance on bounds is 1e-12."""
+
+
+def wishes(count, seed):
+    """What levels of random problems within limits wish, one after another."""
+    rng = np.random.default_rng(seed)
+    for _ in range(count):
+        problem = random_problem(rng, bounds=rng.choice([kind for kind in BOXES if kind != "free"]))
+        qdot, bounds = feasible_start(problem.bounds)
+        freedom = Freedom.whole(len(qdot))
+        for equation in problem.levels:
+            reduced = freedom.reduce(equation.J)
+            missing = equation.xdot - equation.J @ qdot
+            motion = freedom.project(filtered_motion(rik.JParse(), reduced, equation, missing, freedom))
+            wish = Wish(qdot, motion, reduced, freedom, bounds)
+            yield wish
+            limiter = (SCALING, SATURATION, NEAREST, DIRECTED)[rng.integers(4)]
+            qdot = np.clip(qdot + limiter.limit(wish)[0], bounds.lower, bounds.upper)
+            freedom = Freedom(reduced.below)
+
+
+def largest_share(wish):
+    """The share that linear programming finds, with any help from what moves the level nowhere."""
+    task = wish.reduced.motions
+    along = task.T @ (task @ wish.motion)
+    length = np.linalg.norm(along)
+    directions = np.column_stack([along / length, wish.reduced.idle])
+    bounds = wish.bounds
+    rows = np.concatenate([directions, -directions, -bounds.rows @ directions])
+    room = np.concatenate(
+        [bounds.upper - wish.qdot, wish.qdot - bounds.lower, bounds.rows @ wish.qdot - bounds.floor]
+    ).clip(0)
+    spans = [(0, length)] + [(None, None)] * (directions.shape[1] - 1)
+    found = linprog(-np.eye(directions.shape[1])[0], rows, room, bounds=spans, method="highs")
+    return found.x[0] / length
+
+
+def missed(wish, change):
+    """‖J N (change − motion)‖²."""
+    return float(np.sum((wish.reduced.matrix @ (change - wish.motion)) ** 2))
+
+
+def inside(wish, change):
+    return wish.bounds.contains(wish.qdot + change, 1e-11)
+
+
+@pytest.mark.parametrize("limiter", [SCALING, SATURATION, DIRECTED], ids=repr)
+def test_the_direction_of_the_task_is_kept(limiter):
+    for wish in wishes(150, seed=1):
+        change, share = limiter.limit(wish)
+        assert 0 <= share <= 1
+        assert inside(wish, change)
+        effect = wish.reduced.matrix @ wish.motion
+        assert_allclose(wish.reduced.matrix @ change, share * effect, atol=1e-11 * (1 + np.abs(effect).max(initial=0)))
+
+
+def test_each_limiter_gets_at_least_the_share_of_the_simpler_one_and_the_last_the_largest_there_is():
+    best, seen = 0, 0
+    for wish in wishes(250, seed=2):
+        if np.abs(wish.motion).max() < WORTH:
+            continue
+        shares = [limiter.limit(wish)[1] for limiter in (SCALING, SATURATION, DIRECTED)]
+        assert shares[0] <= shares[1] <= shares[2] + 1e-6
+        assert_allclose(shares[2], largest_share(wish), atol=1e-6)
+        seen, best = seen + 1, best + (shares[1] > shares[2] - 1e-6)
+    assert seen > 200
+    assert best > 0.95 * seen  # saturation holds joints and never lets go: nearly always the optimum
+
+
+def test_the_quadratic_program_leaves_less_undone_than_any_other_motion_inside_the_bounds():
+    rng = np.random.default_rng(3)
+    for wish in wishes(150, seed=3):
+        change, share = NEAREST.limit(wish)
+        assert 0 <= share <= 1
+        assert inside(wish, change)
+        least = missed(wish, change) - 1e-7 * (1 + float(wish.motion @ wish.motion))
+        others = [limiter.limit(wish)[0] for limiter in (SCALING, SATURATION, DIRECTED)]
+        for _ in range(10):
+            push = wish.freedom.basis @ rng.normal(size=wish.freedom.basis.shape[1]) * rng.choice([1e-3, 1.0])
+            others.append(change + push * wish.bounds.largest_step(wish.qdot + change, push))
+        assert all(missed(wish, each) >= least for each in others)
+
+
+@pytest.mark.parametrize("keep_direction", [False, True])
+def test_the_answer_does_not_depend_on_the_backend(keep_direction, monkeypatch):
+    """Nor on whether it answers at all: locked joints and huge wishes make solvers fail."""
+
+    def broken(*_, **__):
+        raise ValueError("no")
+
+    for wish in wishes(60, seed=4):
+        results = [rik.QuadraticProgram(keep_direction, backend).limit(wish) for backend in BACKENDS]
+        with monkeypatch.context() as patch:
+            patch.setattr(qpsolvers, "solve_qp", broken)
+            results.append(rik.QuadraticProgram(keep_direction).limit(wish))
+        effects = [wish.reduced.matrix @ change for change, _ in results]
+        scale = 1 + np.abs(wish.motion).max()
+        for (_, share), effect in zip(results, effects):
+            assert_allclose(effect, effects[0], atol=1e-6 * scale)
+            assert_allclose(share, results[0][1], atol=1e-6)
+
+
+def test_the_active_set_method_finds_the_point_where_multipliers_tell_that_nothing_is_better(rng):
+    for _ in range(200):
+        d, r = int(rng.integers(1, 9)), int(rng.integers(1, 20))
+        root = rng.normal(size=(d, d)) * 10.0 ** rng.uniform(-2, 0, d)
+        hessian, slope = root.T @ root + 1e-6 * np.eye(d), rng.normal(size=d) * 10.0 ** rng.uniform(-2, 4)
+        rows, room = rng.normal(size=(r, d)), np.where(rng.random(r) < 0.3, 0.0, rng.uniform(0, 1, r))
+        rows = np.concatenate([rows, np.eye(d), -np.eye(d)])
+        room = np.concatenate([room, np.ones(2 * d)])
+        y = active_set.minimise(hessian, slope, rows, room, np.zeros(d))
+        assert (rows @ y <= room + 1e-9).all()
+        gradient = hessian @ y + slope
+        # The least of the linearised cost over the constraints is here: the KKT conditions of a convex problem.
+        least = linprog(gradient, rows, room, bounds=[(None, None)] * d, method="highs").fun
+        assert gradient @ y <= least + 1e-6 * (1 + np.abs(gradient).max())
+
+
+def test_locked_joints_stop_nothing_that_does_not_need_them(rng):
+    """Rounding towards a bound that a joint lies on must not stop the others."""
+    for limiter in (SCALING, SATURATION, NEAREST, DIRECTED):
+        for _ in range(20):
+            J = rng.normal(size=(3, 6))
+            J[:, [1, 4]] = 0.0
+            box = named_box(np.where(np.isin(range(6), (1, 4)), 0.0, -9), np.where(np.isin(range(6), (1, 4)), 0.0, 9))
+            levels = tuple(TaskEquation(each, np.ones(1), np.ones(1)) for each in J[:, None])
+            step = rik.TaskPriority(rik.MoorePenrose(), limiter).resolve(VelocityProblem(levels, box))
+            if np.abs(step.qdot).max() < 8.9:
+                assert (step.scale == 1).all()
+                assert step.status is rik.Status.TRACKING
+
+
+def test_saturation_takes_the_joint_that_is_furthest_out_where_several_stop_it_at_once():
+    J = np.array([[1.0, 1.0, 1.0, 0.0], [0.0, 0.2, 1.0, 1.0]])
+    upper = np.array([5.0, 0.0, 0.0, 5.0])
+    problem = VelocityProblem((TaskEquation(J, np.ones(2), np.ones(2)),), named_box(np.full(4, -5.0), upper))
+    step = rik.TaskPriority(rik.MoorePenrose(), SATURATION).resolve(problem)
+    assert step.scale == [1]
+    assert_allclose(step.residual, 0, atol=1e-12)
+
+
+def test_what_is_released_still_counts_as_the_levels_own_motion(rng):
+    """Help for the direction must not move the task, in released directions either."""
+    for _ in range(20):
+        U, Vt = np.linalg.qr(rng.normal(size=(3, 3)))[0], np.linalg.qr(rng.normal(size=(6, 6)))[0][:3]
+        equation = TaskEquation((U * [2.0, 1.0, 0.1]) @ Vt, rng.normal(size=3), np.zeros(3))
+        problem = VelocityProblem((equation,), named_box(np.full(6, -0.1), np.full(6, 0.1)))
+        for limiter in (SATURATION, DIRECTED):
+            step = rik.TaskPriority(limiter=limiter, release=0.2).resolve(problem)
+            effect = equation.J @ rik.JParse().solve(equation.J, equation.xdot)
+            assert_allclose(equation.J @ step.qdot, step.scale[0] * effect, atol=1e-10)
+
+
+def test_a_share_is_all_where_all_but_the_price_of_regularisation_is_given():
+    J = np.array([[1.0, 1.0]])
+    problem = VelocityProblem((TaskEquation(J, np.ones(1), np.ones(1)),), named_box([-1.0, -1.0], [0.2, 1.0]))
+    for limiter in (SATURATION, NEAREST, DIRECTED):
+        step = rik.TaskPriority(limiter=limiter).resolve(problem)
+        assert step.scale == [1]
+        assert step.status is rik.Status.TRACKING
+        assert_allclose(step.qdot, [0.2, 0.8], atol=1e-6)
+    slowed = rik.TaskPriority(limiter=SCALING).resolve(problem)
+    assert_allclose(slowed.scale, [0.4], atol=1e-9)
+    assert slowed.status is rik.Status.SCALED
+
+
+def test_narrower_bounds_never_give_the_optimum_a_larger_share(rng):
+    for _ in range(30):
+        J, xdot = rng.normal(size=(3, 6)), rng.normal(size=3)
+        level = (TaskEquation(J, xdot, xdot),)
+        size = rng.uniform(0.1, 1, 6)
+        for limiter in (SCALING, DIRECTED):
+            shares = [
+                rik.TaskPriority(limiter=limiter)
+                .resolve(VelocityProblem(level, named_box(-c * size, c * size)))
+                .scale[0]
+                for c in (2.0, 1.0, 0.5, 0.1, 0.0)
+            ]
+            assert all(a >= b - 1e-9 for a, b in pairwise(shares))
+
+
+def test_a_level_without_bounds_or_without_freedom_is_left_as_it_is():
+    nothing = Freedom(np.zeros((3, 0))).reduce(np.eye(3))
+    for limiter in (SCALING, SATURATION, NEAREST, DIRECTED):
+        wish = Wish(np.zeros(3), np.zeros(3), nothing, Freedom(np.zeros((3, 0))), Bounds.free(3))
+        change, share = limiter.limit(wish)
+        assert not change.any()
+        assert share == 1

@@ -1,0 +1,67 @@
+"""The soak in short, and that each of its checks can fail."""
+
+import numpy as np
+import pytest
+
+import robust_ik as rik
+from robust_ik.resolvers import levels
+from tests import soak
+
+
+def test_no_promise_is_broken_in_some_thousand_random_steps():
+    counts = soak.soak(soak.load_robots(), 6_000, seed=0)
+    assert sum(counts.values()) == 6_000
+    assert all(count > 0 for count in counts.values())
+
+
+def spoil(monkeypatch, change):
+    """Every step of a strict resolver with its resolution changed."""
+    resolve = levels.PriorityResolver.resolve
+
+    def spoilt(self, problem):
+        return change(problem, resolve(self, problem))
+
+    monkeypatch.setattr(levels.PriorityResolver, "resolve", spoilt)
+
+
+def changed(resolution, **values):
+    fields = {name: getattr(resolution, name) for name in ("qdot", "levels", "active", "contradictions", "status")}
+    return rik.Resolution(**fields | values)
+
+
+def first_changed(step, **values):
+    """The resolution with its first level changed."""
+    names = ("scale", "residual", "sigma", "corank", "kinematic_corank", "algorithmic")
+    fields = {name: getattr(step.levels[0], name) for name in names}
+    return changed(step, levels=(rik.LevelResult(**fields | values), *step.levels[1:]))
+
+
+SPOILT = {
+    "not finite": lambda problem, step: changed(step, qdot=step.qdot * np.nan),
+    "speed": lambda problem, step: changed(step, qdot=step.qdot + 5.0),
+    "acceleration": lambda problem, step: changed(step, contradictions=(), status=rik.Status.SCALED),
+    "status": lambda problem, step: changed(step, status=rik.Status.INFEASIBLE),
+    "shares": lambda problem, step: first_changed(step, scale=1.1),
+    "first level": lambda problem, step: first_changed(step, residual=step.residual + 1e-6 * len(problem.levels)),
+    "scale": lambda problem, step: first_changed(step, scale=0.5 ** len(problem.levels)),
+}
+
+
+@pytest.mark.parametrize("promise", SPOILT)
+def test_the_soak_finds_a_broken_promise(monkeypatch, promise):
+    spoil(monkeypatch, SPOILT[promise])
+    with pytest.raises(AssertionError, match=f"^{promise}"):
+        soak.soak([rik.load(name) for name in ("panda", "ur5")], 3_000, seed=1)
+
+
+def test_the_soak_finds_joints_that_do_not_brake(monkeypatch):
+    monkeypatch.setattr("robust_ik.limits.joint.braking_speed", lambda room, acceleration, dt: np.full_like(room, 9.0))
+    with pytest.raises(AssertionError, match="^position"):
+        soak.soak([rik.load("panda")], 3_000, seed=1)
+
+
+def test_the_soak_finds_joints_that_do_not_come_back(monkeypatch):
+    ceiling = rik.JointLimits._ceiling
+    monkeypatch.setattr(rik.JointLimits, "_ceiling", lambda *given: np.maximum(ceiling(*given), 0.0))
+    with pytest.raises(AssertionError, match="^return"):
+        soak.soak([rik.load("panda")], 3_000, seed=1)
