@@ -1,5 +1,6 @@
 """What holds for levels of tasks, whatever the inverse and the way to meet limits."""
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -243,7 +244,7 @@ def test_the_largest_gain_bounds_the_speed_through_an_algorithmic_singularity(in
 def largest_jump(function, times):
     """The largest step that stays when the interval around it is halved 45 times."""
     values, largest = [function(t) for t in times], 0.0
-    steps = [np.abs(b - a).max() for a, b in zip(values, values[1:])]
+    steps = [np.abs(b - a).max() for a, b in itertools.pairwise(values)]
     for index in np.argsort(steps)[-3:]:
         low, high, at_low, at_high = *times[index : index + 2], *values[index : index + 2]
         for _ in range(45):

@@ -58,7 +58,7 @@ class TaskReconstruction(PriorityResolver):
     limiter: Limiter = field(default_factory=Scaling)
     bound: float | Sequence[float] = 0.05
     recovery: float = 0.2
-    shape: Callable[[float], float] = smooth
+    shape: Callable[[float], float] = field(default=smooth, repr=False)
     compensate: bool = True
     printed_sign: bool = False
 
