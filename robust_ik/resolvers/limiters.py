@@ -67,6 +67,8 @@ class Saturation(Limiter):
     def limit(self, wish: Wish) -> tuple[Array, float]:
         """See `Limiter.limit`."""
         best, most = Scaling().limit(wish)
+        if most == 1:
+            return best, most
         basis, bounds = wish.freedom.basis, wish.bounds
         every = np.concatenate([np.eye(len(wish.qdot)), bounds.rows])
         start = every @ wish.qdot
