@@ -155,7 +155,8 @@ def test_with_acceleration_limits_lower_levels_change_nothing_above_them(resolve
     straight = np.clip(np.zeros(7), limits.lower, limits.upper)
     for q in (PANDA.rest, straight, PANDA.random(rng)):
         idle = rik.SingularValueTask(threshold=1e-6)  # a row of zeros: the level is singular whatever q
-        stack = [[near(), idle], [rik.PostureTask(PANDA.random(rng), gain=5.0)], [rik.DampingTask()]]
+        position = rik.PositionTask(near().target[:3, 3])
+        stack = [[idle, position], [rik.PostureTask(PANDA.random(rng), gain=5.0)], [rik.DampingTask()]]
         last = 0.3 * rng.normal(size=7)
         steps = []
         for count in (1, 3):

@@ -86,6 +86,27 @@ def test_a_joint_that_is_outside_comes_back_monotonically_no_faster_than_asked_a
         assert abs(q[0]) < 1.3
 
 
+def test_a_joint_that_is_hardly_outside_is_asked_to_come_back_only_to_its_end():
+    each = limits(acceleration=np.inf)
+    bounds = each.bounds(PLANAR, np.array([1 + 1e-6, 0, 0]), np.zeros(3), 0.01)
+    assert_allclose(bounds.upper[0], -1e-4, rtol=1e-6)
+
+
+def test_a_joint_comes_back_no_faster_than_it_can_stop_before_its_other_end():
+    each = limits(lower=-1e-3, upper=1e-3, acceleration=0.01, recovery_speed=1.0)
+    for hurry in (0.0, 0.5, 1.0):
+        q, previous = np.array([0.5, -0.5, 0.0]), np.zeros(3)
+        for _ in range(300):
+            bounds = each.bounds(PLANAR, q, previous, 0.1)
+            assert (bounds.lower <= bounds.upper).all()
+            assert bounds.contradictions == ()
+            slow = np.clip(0.0, bounds.lower, bounds.upper)
+            fast = np.where(q > 0, bounds.lower, bounds.upper)
+            previous = slow + hurry * (fast - slow)
+            q = q + 0.1 * previous
+        assert (np.abs(q) <= 1e-3 + 1e-9).all()
+
+
 def test_a_joint_that_is_outside_and_goes_further_out_is_stopped_at_once_and_the_acceleration_yields():
     bounds = limits().bounds(PLANAR, np.array([1.1, 0, 0]), np.array([1.0, 0, 0]), 0.01)
     assert bounds.upper[0] <= 0

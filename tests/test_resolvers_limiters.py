@@ -155,9 +155,9 @@ def test_locked_joints_stop_nothing_that_does_not_need_them(rng):
 
 
 def test_saturation_takes_the_joint_that_is_furthest_out_where_several_stop_it_at_once():
-    J = np.array([[1.0, 1.0, 1.0, 0.0], [0.0, 0.2, 1.0, 1.0]])
-    upper = np.array([5.0, 0.0, 0.0, 5.0])
-    problem = VelocityProblem((TaskEquation(J, np.ones(2), np.ones(2)),), named_box(np.full(4, -5.0), upper))
+    J = np.array([[1.0, 2, -2, -2], [0, 0, 1, -1]])
+    box = named_box([-9.0, 0, 0, -9], [0.0, 0, 0, 9])
+    problem = VelocityProblem((TaskEquation(J, np.ones(2), np.ones(2)),), box)
     step = rik.TaskPriority(rik.MoorePenrose(), SATURATION).resolve(problem)
     assert step.scale == [1]
     assert_allclose(step.residual, 0, atol=1e-12)

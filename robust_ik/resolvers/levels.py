@@ -79,7 +79,7 @@ class PriorityResolver(InverseResolver):
         """See `Resolver.resolve`."""
         qdot, bounds = feasible_start(problem.bounds.lasting)
         lasting = replace(problem, bounds=bounds)
-        freedom, scales = Freedom.whole(len(qdot)), []
+        freedom, scales, aims = Freedom.whole(len(qdot)), [], []
         reduced: tuple[Reduced, ...] = ()
         for index, equation in enumerate(problem.levels):
             reduced = (*reduced, freedom.reduce(equation.J, self.release))
@@ -88,10 +88,11 @@ class PriorityResolver(InverseResolver):
             change, scale = self.limiter.limit(Wish(qdot, motion, reduced[-1], freedom, bounds))
             qdot = np.clip(qdot + change, bounds.lower, bounds.upper)
             scales.append(scale)
+            aims.append(qdot)
             freedom = Freedom(reduced[-1].below)
-        if problem.bounds.last is None:
+        if problem.bounds.last is None or not aims:
             return verdict(lasting, qdot, scales, reduced)
-        qdot, shares, contradictions = ramped(qdot, problem.bounds, self.limiter, reduced)
+        qdot, shares, contradictions = ramped(aims, problem.bounds, self.limiter, reduced)
         yielded = tuple(dict.fromkeys([*bounds.contradictions, *contradictions]))
         bounds = replace(problem.bounds, contradictions=yielded)
         return verdict(replace(problem, bounds=bounds), qdot, [a * b for a, b in zip(scales, shares)], reduced)

@@ -18,12 +18,13 @@ from robust_ik.resolvers.limiters import Limiter, Scaling, Wish
 
 
 def ramped(
-    aim: Array, bounds: Bounds, limiter: Limiter, reduced: Sequence[Reduced]
+    aims: Sequence[Array], bounds: Bounds, limiter: Limiter, reduced: Sequence[Reduced]
 ) -> tuple[Array, list[float], tuple[str, ...]]:
     """Joint velocities on the way to the aim.
 
     Args:
-        aim: What is wanted, inside the bounds but for acceleration, (n,).
+        aims: What is wanted of each level and those above it, inside the bounds but for acceleration, (n,) each. No
+            level sees what lower ones want, not even as rounding.
         bounds: All of them.
         limiter: How a level's motion is fitted in.
         reduced: The levels' Jacobians in what is left to each.
@@ -33,8 +34,8 @@ def ramped(
         limits that had to yield.
     """
     qdot, bounds = feasible_start(bounds, bounds.last)
-    freedom, shares = Freedom.whole(len(aim)), []
-    for index, level in enumerate(reduced):
+    freedom, shares = Freedom.whole(len(qdot)), []
+    for index, (level, aim) in enumerate(zip(reduced, aims)):
         way, start = level.along(aim - qdot), qdot
         change, share = limiter.limit(Wish(qdot, way, level, freedom, bounds))
         if index == 0 and share < 1:
@@ -43,7 +44,7 @@ def ramped(
         shares.append(1.0 if share == 1 else _share(level.matrix, aim, start, qdot))
         freedom = Freedom(level.below)
     # What no level asks for, each joint by itself would disturb the levels: all together.
-    change, _ = Scaling().limit(Wish(qdot, freedom.project(aim - qdot), reduced[-1], freedom, bounds))
+    change, _ = Scaling().limit(Wish(qdot, freedom.project(aims[-1] - qdot), reduced[-1], freedom, bounds))
     return np.clip(qdot + change, bounds.lower, bounds.upper), shares, bounds.contradictions
 
 
