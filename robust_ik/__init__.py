@@ -6,7 +6,7 @@ LOCAL_WORLD_ALIGNED: the tool's point, the world's axes. Arrays take leading bat
 
 from importlib.metadata import version as _version
 
-from robust_ik import evaluation, inverses, stability
+from robust_ik import certificates, evaluation, inverses, stability
 from robust_ik.controller import VelocityController
 from robust_ik.derivatives import manipulability_gradient, singular_value_gradient, singular_value_gradients
 from robust_ik.description import Box, Cylinder, Sphere
@@ -70,6 +70,7 @@ from robust_ik.resolvers import (
 )
 from robust_ik.robot import Robot
 from robust_ik.simulation import simulate
+from robust_ik.singularities import SingularityAtlas, Stratum, find_singularities
 from robust_ik.tasks import (
     DampingTask,
     DirectionTask,
@@ -158,9 +159,11 @@ __all__ = [
     "Sigmoid",
     "SingularValueFilter",
     "SingularValueTask",
+    "SingularityAtlas",
     "Sphere",
     "Stack",
     "Status",
+    "Stratum",
     "Sugihara",
     "Task",
     "TaskPriority",
@@ -176,9 +179,11 @@ __all__ = [
     "Weighted",
     "WeightedPriority",
     "__version__",
+    "certificates",
     "condition_number",
     "evaluation",
     "explain",
+    "find_singularities",
     "inverses",
     "load",
     "lost_directions",

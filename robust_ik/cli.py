@@ -17,9 +17,10 @@ from robust_ik import __version__, report
 from robust_ik.catalog import Entry, catalog
 from robust_ik.description import MOVING_TYPES
 from robust_ik.errors import InputError, RobustIKError, TipError, suggest
-from robust_ik.files import check_writable, write_file
+from robust_ik.files import check_writable, read_file, write_file
 from robust_ik.inverses import CLASSES, RobustInverse, SingularValueFilter, Weighted
 from robust_ik.loading import load
+from robust_ik.progress import progress_bar
 from robust_ik.robot import Robot
 from robust_ik.scenarios import Scenario, stretch
 from robust_ik.trajectory import Trajectory
@@ -29,6 +30,7 @@ RUNNABLE = [each for each in CLASSES if each is not Weighted]
 """What can be run by name, with its default parameters: Weighted wraps another."""
 WIDE = 150
 """Terminal columns from which tables show all they have."""
+LARGEST_CERTIFICATE = 64_000_000
 SHOWN_FIRST = ("MoorePenrose", "DampedLeastSquares", "JParse")
 METHOD_HELP = f"An inverse that 'robust-ik inverses' lists, but Weighted. Repeatable; default {', '.join(SHOWN_FIRST)}."
 
@@ -218,6 +220,80 @@ def info(robot: RobotArgument, tip: TipOption = None, package_dir: PackageDirOpt
     console.print(f"[bold]{escape(arm.name)}[/]")
     console.print(report.facts(arm))
     console.print(report.joints(arm))
+
+
+@app.command()
+def singularities(
+    robot: RobotArgument,
+    tip: TipOption = None,
+    corank: Annotated[int | None, typer.Option("--corank", help="Only this one; default all up to the last.")] = None,
+    starts: Annotated[int, typer.Option("--starts", help="Random starts for each corank.")] = 2000,
+    seed: Annotated[int, typer.Option("--seed", help="The same seed gives the same atlas.")] = 0,
+    markdown: Annotated[bool, typer.Option("--markdown", help="Print the table as Markdown.")] = False,
+    json: Annotated[
+        Path | None, typer.Option("--json", metavar="FILE", help="Save the atlas; SingularityAtlas.load reads it.")
+    ] = None,
+    package_dir: PackageDirOption = None,
+) -> None:
+    """Find every family of singular configurations: conditions, dimension, limits, and what is lost there."""
+    from robust_ik.singularities import find_singularities  # takes half a second to import: only where it is needed
+
+    if json is not None:
+        check_writable(json)
+    arm = load(robot, tip, package_dirs=package_dir or ())
+    with progress_bar(f"searching {arm.name}") as told:
+        atlas = find_singularities(arm, corank, starts=starts, rng=seed, progress=told)
+    if markdown:
+        print(atlas.markdown())
+    else:
+        console.print(atlas.table())
+    if json is not None:
+        console.print(f"Wrote [bold]{escape(str(atlas.save(json)))}[/]", soft_wrap=True)
+
+
+@app.command()
+def certify(
+    robot: RobotArgument,
+    corank: Annotated[int, typer.Option("--corank", help="How many directions are lost.")] = 1,
+    tip: TipOption = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Where to write the proof, as JSON.")
+    ] = None,
+    time_limit: Annotated[float, typer.Option("--time-limit", help="Seconds.")] = 60.0,
+    package_dir: PackageDirOption = None,
+) -> None:
+    """Prove where an arm is singular, exactly and completely, and have the proof checked."""
+    from robust_ik import certificates  # brings computer algebra: only where it is needed
+
+    if output is not None:
+        check_writable(output)
+    arm = load(robot, tip, package_dirs=package_dir or ())
+    with console.status("splitting cases …"):
+        proof = certificates.certify(arm, corank, time_limit=time_limit)
+    verdict = certificates.check(proof) if proof.arm is not None else None
+    console.print(f"[bold]{escape(arm.name)}[/], corank {corank}: {certificates.word(proof, verdict)}")
+    for leaf in certificates.leaves(proof):
+        console.print(f"  {escape(str(leaf))}", soft_wrap=True)
+    for change in proof.arm.changes if proof.arm is not None else ():
+        console.print(f"[dim]straightened: {escape(change)}[/]", soft_wrap=True)
+    if verdict is not None:
+        console.print(escape(verdict.reason), soft_wrap=True)
+    if output is not None:
+        console.print(f"Wrote [bold]{escape(str(write_file(output, proof.to_json())))}[/]", soft_wrap=True)
+
+
+@app.command()
+def verify(
+    certificate: Annotated[Path, typer.Argument(metavar="CERTIFICATE", help="A proof that 'certify' wrote.")],
+) -> None:
+    """Check a proof of where an arm is singular, without trusting what made it."""
+    from robust_ik import certificates  # only where it is needed
+
+    _, content = read_file(certificate, LARGEST_CERTIFICATE)
+    verdict = certificates.check(content.decode("utf-8", errors="replace"))
+    console.print(f"{'accepted' if verdict.accepted else 'not accepted'}: {escape(verdict.reason)}", soft_wrap=True)
+    if not verdict.accepted:
+        raise typer.Exit(1)
 
 
 @app.command()

@@ -71,17 +71,17 @@ def full_svd(J: Array) -> ThinSVD:
     """The decomposition with all n right singular vectors: those of the null space come last.
 
     Args:
-        J: One finite matrix, (m, n), from our own hands.
+        J: Finite matrices, (..., m, n), from our own hands.
 
     Returns:
-        U (m, k), s (k,) and Vt (n, n).
+        U (..., m, k), s (..., k) and Vt (..., n, n).
     """
     # Of more rows than columns, all m left singular vectors would come too.
-    return _checked(J, ThinSVD(*np.linalg.svd(J, full_matrices=J.shape[0] < J.shape[1])))
+    return _checked(J, ThinSVD(*np.linalg.svd(J, full_matrices=J.shape[-2] < J.shape[-1])))
 
 
 def singular_values(J: Array) -> Array:
-    """The singular values alone, (k,), descending, of one finite matrix from our own hands."""
+    """The singular values alone, (..., k), descending, of finite matrices (..., m, n) from our own hands."""
     return np.asarray(np.linalg.svd(J, compute_uv=False))
 
 

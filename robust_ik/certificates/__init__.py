@@ -1,0 +1,22 @@
+"""Certificates: exact proofs of where an arm is singular, complete, and a checker that does not trust them.
+
+```python
+proof = certify(robot, corank=1)    # a case split in rational arithmetic; proof.status
+verdict = check(proof.to_json())    # other kinematics, no computer algebra, numbers modulo large primes
+for leaf in leaves(proof):
+    print(leaf)                     # q2 = 0° and q3 = 90°
+word(proof, verdict)                # "certified" only if the checker accepted
+```
+
+The theorem is about the arm in `proof.arm`, in rational numbers; `proof.arm.changes` says how it differs from the
+robot. Proving needs python-flint, checking does not.
+"""
+
+from robust_ik.certificates.certify import certify
+from robust_ik.certificates.checker import Verdict, check
+from robust_ik.certificates.json_values import CertificateError
+from robust_ik.certificates.proof import Proof
+from robust_ik.certificates.reading import Leaf, Place, leaves, word
+from robust_ik.certificates.relations import Relation
+
+__all__ = ["CertificateError", "Leaf", "Place", "Proof", "Relation", "Verdict", "certify", "check", "leaves", "word"]

@@ -1,0 +1,158 @@
+"""The parts of a proof: forms, conditions, factors, cases. Plain values.
+
+Angles are points (x : y) = (cos q/2 : sin q/2), so that q = π is a point like any other. A node is a set of
+conditions: pins (joints that stand still), generators (forms that vanish) and the number field of the pins. It says
+that its real singular configurations lie in its children, or that it is a leaf: singular throughout.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+Coefficients = tuple[str, ...]
+"""An element of the field: coefficients of a polynomial in θ, lowest first, as "3/2"."""
+RATIONAL: Coefficients = ("0", "1")
+"""The modulus θ: the field is ℚ."""
+
+
+@dataclass(frozen=True)
+class Form:
+    """A polynomial, homogeneous in every joint's (x : y): Σ coefficient Π x^(degree − power) y^power.
+
+    Attributes:
+        joints: Indices of the joints it involves, rising.
+        degrees: Its formal degree in each; what the powers lack of it is the multiplicity of q = π.
+        terms: Powers of the joints' y, and the coefficient.
+    """
+
+    joints: tuple[int, ...]
+    degrees: tuple[int, ...]
+    terms: tuple[tuple[tuple[int, ...], Coefficients], ...]
+
+
+@dataclass(frozen=True)
+class Pin:
+    """A joint that stands still at (x : y).
+
+    Attributes:
+        joint: Its index.
+        x: cos q/2 up to a common factor.
+        y: sin q/2 up to a common factor.
+    """
+
+    joint: int
+    x: Coefficients
+    y: Coefficients
+
+
+@dataclass(frozen=True)
+class State:
+    """The conditions of a node.
+
+    Attributes:
+        pins: Joints that stand still, rising.
+        generators: Forms that vanish.
+        field: Coefficients of the polynomial that θ is a root of; (0, 1) for ℚ.
+    """
+
+    pins: tuple[Pin, ...] = ()
+    generators: tuple[Form, ...] = ()
+    field: Coefficients = RATIONAL
+
+    @property
+    def pinned(self) -> dict[int, Pin]:
+        """Pins by joint."""
+        return {pin.joint: pin for pin in self.pins}
+
+
+@dataclass(frozen=True)
+class Source:
+    """What vanishes at every singular configuration of a node.
+
+    Attributes:
+        kind: "minor", "generator" or "resultant".
+        rows: Minor: weights of the Jacobian's rows, one tuple for each row of the minor.
+        columns: Minor: its joints.
+        first: Generator: its index. Resultant: the index of the first generator.
+        second: Resultant: the index of the second generator.
+        joint: Resultant: the joint that is eliminated.
+    """
+
+    kind: str
+    rows: tuple[tuple[Coefficients, ...], ...] = ()
+    columns: tuple[int, ...] = ()
+    first: int = -1
+    second: int = -1
+    joint: int = -1
+
+
+@dataclass(frozen=True)
+class Branch:
+    """One way to be at a root of a factor in one joint, over a number field.
+
+    Attributes:
+        field: The new field, of ζ = θ + λ t.
+        old: θ in it.
+        new: t = y/x of the joint in it.
+        child: The node, or −1 where the field has no real place.
+    """
+
+    field: Coefficients
+    old: Coefficients
+    new: Coefficients
+    child: int
+
+
+@dataclass(frozen=True)
+class Factor:
+    """A factor of what vanishes, and where it leads.
+
+    Attributes:
+        kind: "pin" (of degree one in one joint), "relation", "roots" (of one joint, adjoined to the field) or
+            "unreal" (of one joint, without real root).
+        form: The factor.
+        power: Its multiplicity.
+        child: The node with this condition added; −1 for "roots" and "unreal".
+        multiple: λ of "roots".
+        branches: The components of "roots".
+    """
+
+    kind: str
+    form: Form
+    power: int
+    child: int = -1
+    multiple: int = 1
+    branches: tuple[Branch, ...] = ()
+
+
+@dataclass(frozen=True)
+class Node:
+    """A case.
+
+    Attributes:
+        state: Its conditions.
+        kind: "split", "contradiction" (nothing here), "leaf", "implicit" (a leaf that repeats the equations),
+            "subsumed" (inside a leaf) or "open".
+        source: What was factored, for a split or a contradiction.
+        norm: Whether the norm over ℚ of the source was factored.
+        constant: The constant in front of the factors.
+        degrees: Formal degrees of the source in the joints that are not pinned.
+        factors: The factors, each with its child.
+        relations: Leaf: generators that describe it (the pins put in), each with the joint it is solved for, which
+            those after it do not involve.
+        leaf: The leaf that a subsumed node lies in.
+        image: θ of that leaf's field in this node's field.
+        reason: Why a node is open.
+    """
+
+    state: State
+    kind: str = "open"
+    source: Source | None = None
+    norm: bool = False
+    constant: Coefficients = ("1",)
+    degrees: tuple[tuple[int, int], ...] = ()
+    factors: tuple[Factor, ...] = ()
+    relations: tuple[tuple[int, int], ...] = ()
+    leaf: int = -1
+    image: Coefficients = ("0",)
+    reason: str = ""

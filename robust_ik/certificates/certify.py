@@ -1,0 +1,126 @@
+"""certify: a robot in, a proof out."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import os
+import subprocess
+import sys
+import time
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+from robust_ik.certificates.exact_model import ExactArm, UnsupportedError, exact_arm
+from robust_ik.certificates.proof import Arm, Proof
+from robust_ik.errors import InputError
+
+if TYPE_CHECKING:
+    from robust_ik.robot import Robot
+
+QUICK, THOROUGH = 400, 20_000
+"""Most terms of a polynomial that is worked on, here, where each step then takes under a second, and elsewhere."""
+LINKS = 3
+"""How many links' frames are tried, the middle one first."""
+WORTH_A_PROCESS = 2.0
+"""Seconds that must be left for a process of its own to be started."""
+
+
+def certify(robot: Robot, corank: int, *, snap: float = 1e-4, time_limit: float = 60.0) -> Proof:
+    """Where an arm's Jacobian loses rank, by an exact case split; whether it closed is the proof's `status`.
+
+    What is small is done here; polynomials that may take long are left to a process of its own, which is ended when
+    the time is up.
+
+    Args:
+        robot: A chain of revolute and continuous joints; its `rows` are the task.
+        corank: Which loss, 1 or more: rank ≤ min(rows, joints) − corank.
+        snap: Angles this near to a quarter turn are taken to it, rad.
+        time_limit: Seconds after which what is left stays open.
+
+    Raises:
+        InputError: The corank is none that the robot's rank can have.
+    """
+    largest = min(len(robot.rows), robot.n)
+    if not isinstance(corank, int) or not 1 <= corank <= largest:
+        raise InputError(f"corank must be from 1 to {largest} for {robot.name}, got {corank!r}")
+    if importlib.util.find_spec("flint") is None:
+        return Proof(None, corank, reason="python-flint is not installed")
+    try:
+        arm = exact_arm(robot, snap)
+    except UnsupportedError as error:
+        return Proof(None, corank, reason=str(error))
+    return certify_exact(arm, corank, time_limit=time_limit)
+
+
+def certify_exact(arm: ExactArm, corank: int, *, time_limit: float = 60.0) -> Proof:
+    """The same for an arm in rational numbers."""
+    deadline = time.monotonic() + time_limit
+    proof = best_proof(arm, corank, deadline, QUICK)
+    left = deadline - time.monotonic()
+    if proof.status != "open" or left < WORTH_A_PROCESS or not any("large" in node.reason for node in proof.nodes):
+        return proof
+    return _in_a_process(arm, corank, left) or proof
+
+
+def best_proof(arm: ExactArm, corank: int, deadline: float, most: int) -> Proof:
+    """The proof from the first link that gives a whole one, else the best of several."""
+    from robust_ik.certificates.columns import middle_links  # python-flint is needed to prove, not to check
+    from robust_ik.certificates.split import split
+
+    best: Proof | None = None
+    for link in middle_links(arm)[:LINKS]:
+        proof = Proof(plain_arm(arm), corank, link, split(arm, corank, link, deadline, most))
+        if proof.status == "proved":
+            return proof
+        if best is None or _rank(proof) < _rank(best):
+            best = proof
+        if time.monotonic() > deadline:
+            break
+    assert best is not None
+    return best
+
+
+def plain_arm(arm: ExactArm) -> Arm:
+    """The arm as it stands in a proof."""
+    links = tuple(
+        tuple(tuple(str(a) for a in row) for row in (*rotation, offset)) for rotation, offset in arm.placements
+    )
+    return Arm(arm.name, arm.joints, arm.rows, links, tuple(str(change) for change in arm.changes))
+
+
+def exact_from_plain(arm: Arm) -> ExactArm:
+    """The inverse of `plain_arm`, but for the changes."""
+    placements = tuple(
+        (tuple(tuple(Fraction(a) for a in row) for row in link[:3]), tuple(Fraction(a) for a in link[3]))
+        for link in arm.links
+    )
+    return ExactArm(arm.name, arm.joints, placements, arm.rows)
+
+
+def _rank(proof: Proof) -> int:
+    return ("proved", "implicit", "open").index(proof.status)
+
+
+# ---------------------------------------------------------------------------------------------------- the process
+def _in_a_process(arm: ExactArm, corank: int, seconds: float) -> Proof | None:
+    """The proof found by a process that is ended when the time is up; None if it found none."""
+    task = json.dumps({"proof": Proof(plain_arm(arm), corank).to_json(), "seconds": seconds})
+    command = [sys.executable, "-c", "from robust_ik.certificates.certify import work; work()"]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path) or "."}
+    try:
+        done = subprocess.run(
+            command, input=task, capture_output=True, text=True, timeout=seconds, check=True, env=environment
+        )
+    except (subprocess.SubprocessError, OSError):
+        return None
+    return Proof.from_json(done.stdout)
+
+
+def work() -> None:
+    """What the process does: a task from standard input, the proof to standard output."""
+    task = json.loads(sys.stdin.read())
+    asked = Proof.from_json(task["proof"])
+    assert asked.arm is not None
+    deadline = time.monotonic() + 0.9 * task["seconds"]
+    sys.stdout.write(best_proof(exact_from_plain(asked.arm), asked.corank, deadline, THOROUGH).to_json())

@@ -1,0 +1,209 @@
+"""Checks a proof without trusting what made it: other kinematics, no computer algebra, numbers modulo large primes.
+
+Every split says that a minor of the Jacobian, times Π (x² + y²)^(d/2), is a constant times its factors. If it were not,
+both sides would differ at a random point modulo a random prime but for a chance below 1e-15. So a false proof
+passes a round with less than that chance for each of its cases; a true one always passes. What a child adds to its
+parent, the number fields and the absence of real roots are checked exactly.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import random
+from dataclasses import dataclass
+from fractions import Fraction
+
+from robust_ik.certificates.cases import RATIONAL, Factor, Node, State
+from robust_ik.certificates.expected import (
+    RefusedError,
+    branch_child,
+    check_branch,
+    check_unreal,
+    pin_child,
+    relation_child,
+    require,
+)
+from robust_ik.certificates.json_values import CertificateError
+from robust_ik.certificates.leaves import check_inside, check_leaf
+from robust_ik.certificates.modpoly import UnluckyError, random_prime
+from robust_ik.certificates.points import Place, source_value
+from robust_ik.certificates.proof import Arm, Proof
+from robust_ik.certificates.proof_json import from_json
+from robust_ik.certificates.replay import ROW_NAMES, is_rigid
+
+ATTEMPTS = 20
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What the checker found.
+
+    Attributes:
+        accepted: Whether the proof holds and every leaf says more than the equations do: "certified".
+        reason: A sentence: what holds, or what does not and where.
+        implicit: Whether the proof holds, but some leaves only repeat the equations.
+        cases: Number of cases that were checked.
+    """
+
+    accepted: bool
+    reason: str
+    implicit: bool = False
+    cases: int = 0
+
+
+def check(certificate: str | Proof, *, arm: Arm | None = None, seed: int | None = None, rounds: int = 2) -> Verdict:
+    """Whether a proof holds.
+
+    Args:
+        certificate: The proof, or its JSON.
+        arm: The arm it must be about; by default whichever it says.
+        seed: Of the random points and primes; by default drawn from the proof's own text, so that the same proof gets
+            the same points and no proof can be made to fit them.
+        rounds: How often every identity is tested, at new points and modulo a new prime.
+    """
+    try:
+        text = certificate.to_json() if isinstance(certificate, Proof) else certificate
+        proof = from_json(text)
+    except CertificateError as error:
+        return Verdict(False, f"refused: {error}")
+    if seed is None:
+        seed = int.from_bytes(hashlib.sha256(text.encode()).digest(), "big")
+    try:
+        _check_frame(proof, arm)
+        for turn in range(max(1, rounds)):
+            _Round(proof, random.Random(f"{seed}:{turn}"), turn == 0).run()
+    except RefusedError as error:
+        return Verdict(False, f"refused: {error}")
+    except (UnluckyError, ZeroDivisionError, OverflowError) as error:
+        return Verdict(False, f"refused: the numbers do not allow a check: {error}")
+    return _verdict(proof)
+
+
+def _verdict(proof: Proof) -> Verdict:
+    cases, leaves = len(proof.nodes), len(proof.leaves)
+    implicit = sum(proof.is_implicit(node) for node in proof.nodes)
+    if implicit:
+        why = f"the cases hold, but {implicit} leaves only repeat the equations: implicit"
+        return Verdict(False, why, implicit=True, cases=cases)
+    return Verdict(True, f"{cases} cases hold: no singular configuration outside {leaves} leaves", cases=cases)
+
+
+def _check_frame(proof: Proof, arm: Arm | None) -> None:
+    """What all cases share: the arm, the corank, the root."""
+    require(proof.arm is not None and proof.nodes, f"there is no case split ({proof.reason or 'no cases'})")
+    assert proof.arm is not None
+    require(arm is None or (arm.rows, arm.links) == (proof.arm.rows, proof.arm.links), "it is about another arm")
+    require(is_rigid(proof.arm), "a link of the arm is no rigid motion")
+    require(
+        proof.corank <= min(len(proof.arm.rows), len(proof.arm.joints)), "the corank is larger than the rank can be"
+    )
+    rows, n = set(proof.arm.rows), len(proof.arm.joints)
+    free = rows in (set(ROW_NAMES), set(ROW_NAMES[:3]), set(ROW_NAMES[3:]))
+    require(proof.link <= n and (free or proof.link == 0), "the rank in that link's frame is not the rank in the base")
+    require(proof.nodes[0].state == State(), "the first case has conditions")
+    for index, node in enumerate(proof.nodes):
+        require(node.kind != "open", f"case {index} is open ({node.reason or 'no reason given'})")
+        _check_state(node.state, n, f"case {index}")
+
+
+def _check_state(state: State, n: int, where: str) -> None:
+    """Whether conditions are about the arm's joints, in a field."""
+    joints = [pin.joint for pin in state.pins]
+    require(joints == sorted(set(joints)) and all(joint < n for joint in joints), f"{where}: pins of no joint")
+    for pin in state.pins:
+        one = (pin.x, pin.y) == (("0",), ("1",)) or pin.x == ("1",)
+        require(one, f"{where}: a pin that is not (1 : t) or (0 : 1)")
+    require(len(state.field) > 1 and Fraction(state.field[-1]), f"{where}: a field without a polynomial")
+    for form in state.generators:
+        require(all(joint < n for joint in form.joints), f"{where}: a form of no joint")
+
+
+@dataclass
+class _Round:
+    proof: Proof
+    rng: random.Random
+    first: bool
+    prime: int = 0
+
+    def __post_init__(self) -> None:
+        self.prime = random_prime(self.rng)
+
+    def run(self) -> None:
+        for index, node in enumerate(self.proof.nodes):
+            try:
+                self._retried(node)
+            except RefusedError as error:
+                raise RefusedError(f"case {index}: {error}") from None
+
+    def _retried(self, node: Node) -> None:
+        """Another prime where a division by zero came up."""
+        for attempt in range(ATTEMPTS):
+            if attempt:
+                self.prime = random_prime(self.rng)
+            try:
+                self._node(node, self.prime)
+            except UnluckyError:
+                continue
+            return
+        raise RefusedError("divisions by zero at every prime that was tried")
+
+    def _node(self, node: Node, prime: int) -> None:
+        if node.kind in ("split", "contradiction"):
+            if self.first:
+                self._children(node)
+            self._identity(node, prime)
+        elif node.kind == "leaf":
+            check_leaf(self.proof, node, self.rng)
+        elif node.kind == "subsumed":
+            require(0 <= node.leaf < len(self.proof.nodes), "there is no such leaf")
+            check_inside(self.proof, node, self.proof.nodes[node.leaf], self.rng, prime)
+
+    # ------------------------------------------------------------------------------------------ children
+    def _children(self, node: Node) -> None:
+        require(
+            node.kind == "split" or all(factor.kind == "unreal" for factor in node.factors), "a contradiction leads on"
+        )
+        require(not node.norm or node.state.field != RATIONAL, "a norm over ℚ of what is in ℚ")
+        for factor in node.factors:
+            if factor.kind == "pin":
+                self._same(factor.child, pin_child(node.state, factor))
+            elif factor.kind == "relation":
+                self._same(factor.child, relation_child(node.state, factor))
+            elif factor.kind == "unreal":
+                check_unreal(factor)
+            else:
+                self._branches(node, factor)
+
+    def _branches(self, node: Node, factor: Factor) -> None:
+        for branch in factor.branches:
+            check_branch(node.state, factor, branch)
+            if branch.child >= 0:
+                self._same(branch.child, branch_child(node.state, factor.form.joints[0], branch))
+
+    def _same(self, child: int, state: State) -> None:
+        require(0 <= child < len(self.proof.nodes), "a factor has no child")
+        require(self.proof.nodes[child].state == state, f"case {child} is not this case with its factor")
+
+    # ------------------------------------------------------------------------------------------ identities
+    def _identity(self, node: Node, prime: int) -> None:
+        """Source · Π (x² + y²)^(d/2) = constant · Π factor^power at a random point, the constant not zero."""
+        require(node.source is not None and any(Fraction(a) for a in node.constant), "nothing that vanishes is given")
+        assert node.source is not None
+        place = Place.random(self.proof, node.state, self.rng, prime)
+        ring, p = place.ring, prime
+        value = source_value(place, self.proof, node)
+        constant = ring.number(node.constant)
+        if node.norm:
+            require(len(node.constant) == 1, "the constant of a norm is not rational")
+            value = ring.norm(value)
+        else:
+            ring.inverse(constant)  # a constant with a root in common with the field's polynomial is refused
+        for factor in node.factors:
+            require(not (node.norm and place.is_algebraic(factor.form)), "a factor of a norm is not rational")
+            require(not set(factor.form.joints) & set(node.state.pinned), "a factor involves a pinned joint")
+            form = place.value(factor.form)
+            for _ in range(factor.power):
+                constant = constant * form % p
+            if factor.kind == "roots":
+                place.check_components(factor)
+        require((value - constant) % p == 0, "what vanishes is not the product of its factors")

@@ -1,0 +1,208 @@
+"""What to do with a case: which minor to branch on, or whether it is a leaf."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from robust_ik.certificates.cases import Source, State
+from robust_ik.certificates.columns import Trig, jacobian
+from robust_ik.certificates.exact_model import ExactArm
+from robust_ik.certificates.factoring import Factored, factor
+from robust_ik.certificates.fields import Field, TooLargeError, poly
+from robust_ik.certificates.halfangles import HalfAngles, Homogeneous
+from robust_ik.certificates.minors import Minor, reduced
+from robust_ik.certificates.vanishing import divides, triangular, vanishes
+
+TRIALS = 30
+"""How many minors are factored, the shortest first, to find the one to branch on."""
+
+MAX_LIVE = 6
+"""How many relations are gathered before a case is given up as implicit."""
+MAX_RELATIONS = 3
+"""How many relations at most describe a leaf."""
+
+
+@dataclass(frozen=True)
+class Decision:
+    """What a case is.
+
+    Attributes:
+        kind: "split", "leaf", "implicit" or "open".
+        source: What vanishes and was factored.
+        factored: Its factors; none for a contradiction.
+        degrees: Its formal degrees by joint.
+        relations: For a leaf, the generators that describe it, each with the joint it is solved for.
+        reason: Why it is open.
+    """
+
+    kind: str
+    source: Source | None = None
+    factored: Factored | None = None
+    degrees: tuple[tuple[int, int], ...] = ()
+    relations: tuple[tuple[int, int], ...] = ()
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A state of the arm and what vanishes there.
+
+    Attributes:
+        arm: The arm.
+        corank: Rank deficiency.
+        link: The link whose frame is used.
+        state: The conditions.
+        most: Most terms of a polynomial that is worked on.
+    """
+
+    arm: ExactArm
+    corank: int
+    link: int
+    state: State
+    most: int
+
+    @cached_property
+    def half(self) -> HalfAngles:
+        """The forms over the state's field."""
+        return HalfAngles(self.arm.n, Field(self.state.field), self.most)
+
+    def decide(self) -> Decision:
+        """A leaf, a contradiction, or what to branch on."""
+        return self._reducible or self._overdetermined or self._branch()
+
+    @cached_property
+    def _overdetermined(self) -> Decision | None:
+        """A split on what follows from relations that cannot be solved each for a joint of its own."""
+        relations = [factor.value for _, factor in self.live]
+        if len(relations) < 2 or next(triangular(relations), None) is not None:
+            return None
+        return self._eliminate()
+
+    # ------------------------------------------------------------------------------------------ generators
+    @cached_property
+    def _generators(self) -> list[tuple[int, Homogeneous, Factored]]:
+        """Generators that the pins leave something of."""
+        found = []
+        for index, form in enumerate(self.state.generators):
+            value = self.half.restrict(self.half.parse(form), self.state)
+            if value.value:
+                found.append((index, value, factor(self.half, value)))
+        return found
+
+    @cached_property
+    def live(self) -> list[tuple[int, Homogeneous]]:
+        """Relations that hold: generators, pins put in, that are one irreducible form in several joints."""
+        found: dict[str, tuple[int, Homogeneous]] = {}
+        for index, value, factored in self._generators:
+            if factored.cost == (1, 0, 1) and factored.factors[0][1] == 1 and not factored.norm:
+                found.setdefault(str(factored.factors[0][0].value), (index, value))
+        return sorted(found.values(), key=lambda pair: (len(pair[1].joints), len(pair[1].value)))
+
+    @cached_property
+    def _reducible(self) -> Decision | None:
+        """A split on a generator that the pins made reducible."""
+        for index, value, factored in self._generators:
+            if not self.vanishes(value):
+                return self._split(Source("generator", first=index), factored, value)
+        return None
+
+    def vanishes(self, value: Homogeneous) -> bool:
+        """Whether a form is zero where the relations hold, at generic points of them."""
+        return not value.value or vanishes(self.half, value.value, [relation.value for _, relation in self.live])
+
+    def follows(self, value: Homogeneous) -> bool:
+        """Whether a form is zero where the relations hold, everywhere: zero, or a multiple of one of them."""
+        if not value.value:
+            return True
+        return any(divides(self.half, relation.value, value.value) for _, relation in self.live)
+
+    # ------------------------------------------------------------------------------------------ minors
+    def _branch(self) -> Decision:
+        trig = Trig(self.arm.n, self.half.field)
+        pins = {pin.joint: (poly(pin.x), poly(pin.y)) for pin in self.state.pins}
+        matrix = reduced(trig, jacobian(self.arm, self.link, trig, pins))
+        size = min(len(self.arm.rows), self.arm.n) - self.corank + 1
+        if size <= len(matrix.pivots):
+            return self._constant(matrix.constant(size), matrix.determinant(size))
+        factor = trig.element(matrix.determinant(size))
+        minors = [(each, self.half.of(trig.reduce(each.value * factor))) for each in matrix.minors(size, self.most)]
+        leaf = self._leaf([value.value for _, value in minors])
+        if leaf:
+            return leaf
+        candidates = [(minor, value) for minor, value in minors if not self.vanishes(value)]
+        if not candidates:
+            return Decision("implicit", reason="the relations cannot be solved one after another")
+        return self._cheapest(sorted(candidates, key=lambda pair: len(pair[1].value)))
+
+    def _leaf(self, minors: list[Any]) -> Decision | None:
+        """A leaf with the fewest relations that make all minors vanish, if they can be solved one after another."""
+        for size in range(min(len(self.live), MAX_RELATIONS) + 1):
+            for chosen in itertools.combinations(self.live, size):
+                relations = [relation.value for _, relation in chosen]
+                order = next(triangular(relations), None)
+                if order is not None and all(vanishes(self.half, minor, relations) for minor in minors):
+                    indices = {str(relation.value): index for index, relation in chosen}
+                    return Decision("leaf", relations=tuple((indices[str(f)], joint) for f, joint in order))
+        return None
+
+    def _constant(self, minor: Minor, value: Any) -> Decision:
+        return Decision("split", Source("minor", minor.rows, minor.columns), Factored(value, ()))
+
+    def _cheapest(self, candidates: list[tuple[Minor, Homogeneous]]) -> Decision:
+        best: tuple[Factored, Minor, Homogeneous] | None = None
+        for minor, value in candidates[:TRIALS]:
+            try:
+                factored = factor(self.half, value)
+            except TooLargeError:
+                continue
+            if best is None or factored.cost < best[0].cost:
+                best = (factored, minor, value)
+            if best[0].cost <= (0, 0, 1):
+                break
+        if best is None:
+            return Decision("open", reason="every minor is too large to be factored")
+        if best[0].cost[0]:
+            return self._relations(best)
+        return self._split(Source("minor", best[1].rows, best[1].columns), best[0], best[2])
+
+    def _split(self, source: Source, factored: Factored, value: Homogeneous) -> Decision:
+        return Decision("split", source, factored, tuple((i, int(value.degrees[i])) for i in value.joints))
+
+    def _relations(self, best: tuple[Factored, Minor, Homogeneous]) -> Decision:
+        """Branches on a resultant of the relations, else on a minor that brings a further relation."""
+        eliminated = self._eliminate()
+        if eliminated is not None:
+            return eliminated
+        factored, minor, value = best
+        if len(self.live) >= MAX_LIVE:
+            return Decision("implicit", reason="the relations could not be resolved further")
+        return self._split(Source("minor", minor.rows, minor.columns), factored, value)
+
+    def _eliminate(self) -> Decision | None:
+        """A resultant of two relations that says something new."""
+        best: Decision | None = None
+        for (i, f), (j, g) in itertools.combinations(self.live, 2):
+            for joint in sorted(set(f.joints) & set(g.joints)):
+                resultant = self._resultant(f, g, joint)
+                if resultant is None or self.vanishes(resultant):
+                    continue
+                factored = factor(self.half, resultant)
+                source = Source("resultant", first=i, second=j, joint=joint)
+                found = self._split(source, factored, resultant)
+                if best is None or (best.factored and factored.cost < best.factored.cost):
+                    best = found
+        return best
+
+    def _resultant(self, f: Homogeneous, g: Homogeneous, joint: int) -> Homogeneous | None:
+        if not self.half.field.is_rational or len(f.value) * len(g.value) > 10 * self.most:
+            return None
+        value = f.value.resultant(g.value, f"t{joint}")
+        if not value:
+            return None
+        a, b = f.degrees[joint], g.degrees[joint]
+        degrees = [b * m + a * n for m, n in zip(f.degrees, g.degrees)]
+        degrees[joint] = 0
+        return Homogeneous(value, tuple(degrees))

@@ -1,0 +1,198 @@
+"""ExactArm: a robot whose every length and direction is a rational number, and what that changed.
+
+Theorems about singularities are theorems about this arm. Lengths are the decimals of the description; angles
+within a tolerance of a quarter turn are taken to it, all others to a rational tan(α/2), so that every rotation is
+exactly orthogonal. Nothing is changed silently: `ExactArm.changes` lists it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+from lxml import etree
+
+from robust_ik.certificates.rational import IDENTITY, ORIGIN, Matrix, Vector, apply, plus, times, transpose, turn
+from robust_ik.rows import ROWS
+
+if TYPE_CHECKING:
+    from robust_ik.robot import Robot
+
+LENGTH_DIGITS = 12
+"""Decimals of a length in metres that are kept: what lies below is rounding of floats."""
+DENOMINATOR = 10**9
+"""Largest denominator of tan(α/2) for an angle that is no quarter turn."""
+NOISE = 1e-14
+"""Changes below this are rounding of the floats that were read, not worth a line in the report."""
+QUARTERS = ((1, 0), (0, 1), (-1, 0), (0, -1))
+
+
+class UnsupportedError(Exception):
+    """An arm that exact certificates cannot treat; the message says why."""
+
+
+@dataclass(frozen=True)
+class Change:
+    """One number that the exact arm has otherwise than the description.
+
+    Attributes:
+        where: Joint whose origin or axis it is.
+        what: "x", "y", "z", "roll", "pitch", "yaw" or "axis".
+        given: The number in the description, m or rad.
+        used: The number in the exact arm, m or rad.
+    """
+
+    where: str
+    what: str
+    given: float
+    used: float
+
+    @property
+    def amount(self) -> float:
+        """By how much it was changed, m or rad."""
+        return self.used - self.given
+
+    def __str__(self) -> str:
+        return f"{self.where} {self.what}: {self.given!r} → {self.used!r} (by {self.amount:.2e})"
+
+
+@dataclass(frozen=True)
+class ExactArm:
+    """A serial arm in rational numbers: the tip is at P₁ Z(q₁) P₂ Z(q₂) ⋯ Z(qₙ) Pₙ₊₁, Z a turn about z.
+
+    Attributes:
+        name: The robot's name.
+        joints: Joint names from the base to the tip.
+        placements: The n + 1 constant transforms (rotation, translation), fractions.
+        rows: Task rows, of x y z wx wy wz.
+        changes: What was changed on the way here.
+    """
+
+    name: str
+    joints: tuple[str, ...]
+    placements: tuple[tuple[Matrix, Vector], ...]
+    rows: tuple[str, ...]
+    changes: tuple[Change, ...] = ()
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+        return len(self.joints)
+
+    def shifted(self, tangents: tuple[Fraction, ...]) -> ExactArm:
+        """The same arm with joint zeros moved: qᵢ + 2 atan(tangents[i]) takes the place of qᵢ."""
+        placements = list(self.placements)
+        for i, u in enumerate(tangents):
+            rotation, offset = placements[i]
+            placements[i] = (times(rotation, turn(2, *half_angle(u))), offset)
+        return ExactArm(self.name, self.joints, tuple(placements), self.rows, self.changes)
+
+
+def exact_arm(robot: Robot, snap: float = 1e-4) -> ExactArm:
+    """The exact arm of a robot's chain to its tip.
+
+    Args:
+        robot: A chain of revolute and continuous joints.
+        snap: Angles this near to a quarter turn are taken to it, rad; 0 for none.
+
+    Raises:
+        UnsupportedError: There is no tip, or a joint of the chain is prismatic or follows another.
+    """
+    if robot.tip is None:
+        raise UnsupportedError("the robot was loaded whole, without a tip")
+    chain = robot.description.chain(robot.tip)
+    moving = [joint for joint in chain if joint.name in robot.joint_names]
+    for joint in chain:
+        if joint.kind not in ("revolute", "continuous", "fixed"):
+            raise UnsupportedError(f"joint {joint.name!r} is {joint.kind}: not supported")
+        if joint.mimic is not None:
+            raise UnsupportedError(f"joint {joint.name!r} follows {joint.mimic.source!r}: not supported")
+    if [joint.name for joint in moving] != list(robot.joint_names):
+        raise UnsupportedError("joints that do not move the tip are not supported: load the chain to the tip")
+    changes: list[Change] = []
+    elements = {
+        element.get("name"): element for element in etree.fromstring(robot.description.xml.encode()).findall("joint")
+    }
+    names = [joint.name for joint in moving]
+    steps = [(joint.name, _Reading(elements[joint.name], snap, changes)) for joint in chain]
+    return ExactArm(robot.name, tuple(names), tuple(_placements(steps, set(names))), robot.rows, tuple(changes))
+
+
+def _placements(steps: list[tuple[str, _Reading]], moving: set[str]) -> Iterator[tuple[Matrix, Vector]]:
+    """The constant transforms between the motions, with z along every joint's axis."""
+    rotation, offset = IDENTITY, ORIGIN
+    for name, reading in steps:
+        offset = plus(offset, apply(rotation, reading.offset()))
+        rotation = times(rotation, reading.rotation())
+        if name in moving:
+            aligned = reading.alignment()
+            yield times(rotation, aligned), offset
+            rotation, offset = transpose(aligned), ORIGIN
+    yield rotation, offset
+
+
+@dataclass(frozen=True)
+class _Reading:
+    """Reads one joint element into exact numbers and notes what changed."""
+
+    element: Any
+    snap: float
+    changes: list[Change]
+
+    def offset(self) -> Vector:
+        """The origin's translation."""
+        return tuple(self._length(name, value) for name, value in zip("xyz", self._numbers("origin", "xyz", 0.0)))
+
+    def rotation(self) -> Matrix:
+        """The origin's rotation, Rz(yaw) Ry(pitch) Rx(roll)."""
+        angles = zip(("roll", "pitch", "yaw"), self._numbers("origin", "rpy", 0.0))
+        roll, pitch, yaw = (self._angle(name, value) for name, value in angles)
+        return times(times(turn(2, *yaw), turn(1, *pitch)), turn(0, *roll))
+
+    def alignment(self) -> Matrix:
+        """A rotation that takes z to the joint's axis."""
+        x, y, z = self._numbers("axis", "xyz", 1.0)
+        tilt = math.atan2(math.hypot(x, y), z)
+        heading = math.atan2(y, x) if math.hypot(x, y) > 1e-15 else 0.0
+        if not min(tilt, math.pi - tilt) > self.snap:
+            heading = 0.0
+        return times(turn(2, *self._angle("axis", heading)), turn(1, *self._angle("axis", tilt)))
+
+    def _numbers(self, tag: str, attribute: str, default: float) -> tuple[float, ...]:
+        child = self.element.find(tag)
+        written = None if child is None else child.get(attribute)
+        return (default, 0.0, 0.0) if written is None else tuple(float(word) for word in written.split())
+
+    def _note(self, what: str, given: float, used: float) -> None:
+        if abs(used - given) > NOISE:
+            self.changes.append(Change(self.element.get("name"), what, given, used))
+
+    def _length(self, what: str, value: float) -> Fraction:
+        exact = round(Fraction(repr(value)), LENGTH_DIGITS)
+        self._note(what, value, float(exact))
+        return exact
+
+    def _angle(self, what: str, value: float) -> tuple[Fraction, Fraction]:
+        quarter = round(value / (math.pi / 2))
+        if abs(value - quarter * (math.pi / 2)) <= max(self.snap, NOISE):
+            self._note(what, value, quarter * (math.pi / 2))
+            c, s = QUARTERS[quarter % 4]
+            return Fraction(c), Fraction(s)
+        tangent = Fraction(math.tan(value / 2)).limit_denominator(DENOMINATOR)
+        used = 2 * math.atan(tangent)
+        self._note(what, value, used + 2 * math.pi * round((value - used) / (2 * math.pi)))
+        return half_angle(tangent)
+
+
+def half_angle(tangent: Fraction) -> tuple[Fraction, Fraction]:
+    """Cosine and sine of the angle with that tan(α/2)."""
+    square = tangent * tangent
+    return (1 - square) / (1 + square), 2 * tangent / (1 + square)
+
+
+def is_frame_free(rows: tuple[str, ...]) -> bool:
+    """Whether the rank of those task rows is the same in every frame: all six, the position or the orientation."""
+    return set(rows) in (set(ROWS), set(ROWS[:3]), set(ROWS[3:]))

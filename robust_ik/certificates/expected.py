@@ -1,0 +1,127 @@
+"""What the child of a factor must be, by exact arithmetic with fractions: the checker's half of `growing`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from fractions import Fraction
+
+from robust_ik.certificates.cases import Branch, Coefficients, Factor, Form, Pin, State
+from robust_ik.certificates.roots import has_real_root
+
+
+class RefusedError(Exception):
+    """A proof that does not hold; the message says where."""
+
+
+def require(condition: object, why: str) -> None:
+    """Refuses a proof unless a condition holds."""
+    if not condition:
+        raise RefusedError(why)
+
+
+def univariate(form: Form) -> list[Fraction]:
+    """A form in one joint with rational coefficients, as a polynomial in t = y/x with no root at t = ∞."""
+    values = [Fraction(0)] * (form.degrees[0] + 1)
+    require(len(form.joints) == 1, "a factor of one joint involves several")
+    for powers, coefficient in form.terms:
+        require(len(coefficient) == 1, "a factor of one joint is not rational")
+        values[powers[0]] += Fraction(coefficient[0])
+    return values
+
+
+def pin_child(state: State, factor: Factor) -> State:
+    """The parent with the joint at the one root of the factor."""
+    require(factor.form.degrees == (1,), "a pin is not of degree one")
+    low, high = univariate(factor.form)
+    require(low or high, "a pin at a factor that is zero")
+    x, y = (("0",), ("1",)) if not high else (("1",), (str(-low / high),))
+    return _with_pin(state, Pin(factor.form.joints[0], x, y))
+
+
+def relation_child(state: State, factor: Factor) -> State:
+    """The parent with the factor among its generators."""
+    return replace(state, generators=(*state.generators, factor.form))
+
+
+def branch_child(state: State, joint: int, branch: Branch) -> State:
+    """The parent in the field of a branch, with the joint at its root."""
+    pins = tuple(Pin(p.joint, moved(p.x, branch), moved(p.y, branch)) for p in state.pins)
+    generators = tuple(
+        replace(form, terms=tuple((powers, moved(value, branch)) for powers, value in form.terms))
+        for form in state.generators
+    )
+    return _with_pin(State(pins, generators, branch.field), Pin(joint, ("1",), branch.new))
+
+
+def check_branch(state: State, factor: Factor, branch: Branch) -> None:
+    """Whether a branch is in both fields: θ and t are roots, ζ = θ + λ t, and no child means no real place."""
+    modulus = [Fraction(value) for value in branch.field]
+    require(len(modulus) >= 2 and modulus[-1] == 1, "a field is not given by a monic polynomial")
+    old, new = ([Fraction(value) for value in values] for values in (branch.old, branch.new))
+    require(max(len(old), len(new)) < len(modulus) or len(modulus) == 2, "an element of a field is not reduced")
+    minimal = tuple(str(value) for value in univariate(factor.form))
+    require(not any(_image(state.field, old, modulus)), "θ of a branch is no root of its polynomial")
+    require(not any(_image(minimal, new, modulus)), "a branch is at no root of its factor")
+    size = max(len(old), len(new), 2)
+    total = [_at(old, i) + factor.multiple * _at(new, i) - (i == 1) for i in range(size)]
+    require(not any(_reduced(total, modulus)), "the new field's element is not θ + λ t")
+    require(branch.child >= 0 or not has_real_root(branch.field), "a branch with a real place was dropped")
+
+
+def check_unreal(factor: Factor) -> None:
+    """Whether a factor has no real root, t = ∞ included."""
+    values = univariate(factor.form)
+    require(values[-1] and not has_real_root(values), "a factor with a real root was dropped")
+
+
+def moved(value: Coefficients, branch: Branch) -> Coefficients:
+    """An element of the parent's field in the branch's field."""
+    return value if len(value) == 1 else image(value, branch.old, branch.field)
+
+
+def image(value: Coefficients, theta: Coefficients, field: Coefficients) -> Coefficients:
+    """An element with another element put for θ."""
+    result = _image(value, [Fraction(a) for a in theta], [Fraction(a) for a in field])
+    while len(result) > 1 and not result[-1]:
+        result.pop()
+    return tuple(str(a) for a in result) or ("0",)
+
+
+def element_product(a: list[Fraction], b: list[Fraction], field: Coefficients) -> list[Fraction]:
+    """The product of two elements of a field."""
+    product = [Fraction(0)] * (len(a) + len(b) - 1)
+    for i, u in enumerate(a):
+        for j, v in enumerate(b):
+            product[i + j] += u * v
+    return _reduced(product, [Fraction(value) for value in field])
+
+
+def _with_pin(state: State, pin: Pin) -> State:
+    require(pin.joint not in state.pinned, "a joint is pinned twice")
+    return replace(state, pins=tuple(sorted((*state.pins, pin), key=lambda each: each.joint)))
+
+
+def _at(values: Sequence[Fraction], index: int) -> Fraction:
+    return values[index] if index < len(values) else Fraction(0)
+
+
+def _image(value: Coefficients, theta: list[Fraction], modulus: list[Fraction]) -> list[Fraction]:
+    result = [Fraction(0)]
+    for coefficient in reversed(value):
+        product = [Fraction(0)] * (len(result) + len(theta) - 1)
+        for i, a in enumerate(result):
+            for j, b in enumerate(theta):
+                product[i + j] += a * b
+        product[0] += Fraction(coefficient)
+        result = _reduced(product, modulus)
+    return result
+
+
+def _reduced(values: list[Fraction], modulus: list[Fraction]) -> list[Fraction]:
+    values, size = list(values), len(modulus) - 1
+    while len(values) > size:
+        head = values.pop() / modulus[-1]
+        for i in range(size):
+            values[len(values) - size + i] -= head * modulus[i]
+    return values or [Fraction(0)]

@@ -1,0 +1,108 @@
+"""The factors of forms: over ℚ, or over a number field as far as ℚ has them.
+
+Over ℚ(θ) what is common to all powers of θ is factored over ℚ; the rest is a relation, or its norm is factored.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from flint import fmpq_poly
+
+from robust_ik.certificates.fields import TooLargeError
+from robust_ik.certificates.halfangles import HalfAngles, Homogeneous
+
+
+@dataclass(frozen=True)
+class Factored:
+    """constant · Π factor^power, over ℚ(θ) or (norm) of the norm over ℚ."""
+
+    constant: Any
+    factors: tuple[tuple[Homogeneous, int], ...]
+    norm: bool = False
+
+    @property
+    def cost(self) -> tuple[int, int, int]:
+        """How much there is to branch on: factors in several joints, algebraic ones, all."""
+        several = sum(len(factor.joints) > 1 for factor, _ in self.factors)
+        algebraic = sum(len(factor.joints) == 1 and max(factor.degrees) > 1 for factor, _ in self.factors)
+        return several, algebraic, len(self.factors)
+
+
+def factor(half: HalfAngles, value: Homogeneous) -> Factored:
+    """The factors of a non-zero form.
+
+    Raises:
+        TooLargeError: It has too many terms.
+    """
+    if len(value.value) > half.most:
+        raise TooLargeError(f"a polynomial of {len(value.value)} terms")
+    if half.field.is_rational:
+        constant, factors = _over_rationals(half, value)
+        return Factored(fmpq_poly([constant]), tuple(factors))
+    return _over_field(half, value)
+
+
+def _over_rationals(half: HalfAngles, value: Homogeneous) -> tuple[Any, list[tuple[Homogeneous, int]]]:
+    constant, found = value.value.factor()
+    actual = value.value.degrees()
+    factors = []
+    for i, degree in enumerate(value.degrees):
+        if degree > actual[i]:
+            x = tuple(int(i == j) for j in range(half.n))
+            factors.append((Homogeneous(half.context.constant(1), x), degree - actual[i]))
+    factors += [(Homogeneous(factor, factor.degrees()[:-1]), power) for factor, power in found]
+    return constant, factors
+
+
+def _over_field(half: HalfAngles, value: Homogeneous) -> Factored:
+    common = _content(half, value.value)
+    rest = half.reduce(divmod(value.value, common)[0])
+    inner = rest.degrees()[:-1]
+    constant, factors = _over_rationals(half, Homogeneous(common, tuple(a - b for a, b in zip(value.degrees, inner))))
+    if not any(inner):
+        return Factored(_element(rest) * constant, tuple(factors))
+    over = _norm(half, rest)
+    several = [factor for factor, _ in over[1] if len(factor.joints) > 1]
+    if len(several) == len(over[1]):
+        relation = (Homogeneous(rest, inner), 1)
+        return Factored(fmpq_poly([constant]), (*factors, relation))
+    power = half.field.degree
+    merged = _merged([*((f, m * power) for f, m in factors), *over[1]])
+    return Factored(fmpq_poly([constant**power * over[0]]), tuple(merged), norm=True)
+
+
+def _norm(half: HalfAngles, value: Any) -> tuple[Any, list[tuple[Homogeneous, int]]]:
+    if len(value) * half.field.degree > half.most:
+        raise TooLargeError(f"the norm of a polynomial of {len(value)} terms")
+    norm = half.modulus.resultant(value, "z")
+    if len(norm) > half.most:
+        raise TooLargeError(f"a norm of {len(norm)} terms")
+    degrees = tuple(half.field.degree * degree for degree in value.degrees()[:-1])
+    return _over_rationals(half, Homogeneous(norm, degrees))
+
+
+def _content(half: HalfAngles, value: Any) -> Any:
+    """The greatest factor over ℚ: the common divisor of the coefficients of the powers of θ."""
+    parts: dict[int, dict[tuple[int, ...], Any]] = {}
+    for powers, coefficient in value.to_dict().items():
+        parts.setdefault(powers[-1], {})[(*powers[:-1], 0)] = coefficient
+    result = half.context.constant(0)
+    for part in parts.values():
+        result = result.gcd(half.context.from_dict(part))
+    return result
+
+
+def _element(value: Any) -> Any:
+    terms = {powers[-1]: coefficient for powers, coefficient in value.to_dict().items()}
+    return fmpq_poly([terms.get(i, 0) for i in range(max(terms) + 1)])
+
+
+def _merged(factors: Iterable[tuple[Homogeneous, int]]) -> list[tuple[Homogeneous, int]]:
+    found: dict[tuple[str, tuple[int, ...]], tuple[Homogeneous, int]] = {}
+    for factor, power in factors:
+        key = (str(factor.value), factor.degrees)
+        found[key] = (factor, power + (found[key][1] if key in found else 0))
+    return list(found.values())

@@ -1,0 +1,84 @@
+"""From the factors of what vanishes to the cases they lead to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from flint import fmpq_poly
+
+from robust_ik.certificates.cases import Branch, Coefficients, Factor, Form, Pin, State
+from robust_ik.certificates.factoring import Factored
+from robust_ik.certificates.fields import Component, Field, adjoin, coefficients, poly
+from robust_ik.certificates.halfangles import HalfAngles, Homogeneous
+from robust_ik.certificates.roots import has_real_root
+
+
+def factors(state: State, half: HalfAngles, found: Factored, node: Callable[[State], int]) -> tuple[Factor, ...]:
+    """The factors with their children.
+
+    Args:
+        state: The parent's conditions.
+        half: The forms over its field.
+        found: The factors of what vanishes.
+        node: Gives the node of a state, a new one if there is none.
+    """
+    return tuple(_factor(state, half, factor, int(power), node) for factor, power in found.factors)
+
+
+def _factor(state: State, half: HalfAngles, factor: Homogeneous, power: int, node: Callable[[State], int]) -> Factor:
+    form = half.form(factor)
+    if len(form.joints) > 1:
+        child = replace(state, generators=(*state.generators, form))
+        return Factor("relation", form, power, node(child))
+    joint, minimal = form.joints[0], _univariate(form)
+    if form.degrees == (1,):
+        return Factor("pin", form, power, node(_pinned(state, joint, *_root(minimal))))
+    if not has_real_root(coefficients(minimal)):
+        return Factor("unreal", form, power)
+    multiple, components = adjoin(half.field, minimal)
+    branches = tuple(_branch(state, joint, component, node) for component in components)
+    return Factor("roots", form, power, multiple=multiple, branches=branches)
+
+
+def _univariate(form: Form) -> Any:
+    values = {powers[0]: poly(value)[0] for powers, value in form.terms}
+    return fmpq_poly([values.get(i, 0) for i in range(max(values) + 1)])
+
+
+def _root(linear: Any) -> tuple[Coefficients, Coefficients]:
+    """The point (x : y) at which a + b t vanishes; t = ∞ where b is 0."""
+    if linear.degree() == 0:
+        return ("0",), ("1",)
+    return ("1",), (str(-linear[0] / linear[1]),)
+
+
+def _pinned(state: State, joint: int, x: Coefficients, y: Coefficients) -> State:
+    pins = sorted((*state.pins, Pin(joint, x, y)), key=lambda pin: pin.joint)
+    return replace(state, pins=tuple(pins))
+
+
+def _branch(state: State, joint: int, component: Component, node: Callable[[State], int]) -> Branch:
+    field, old, new = component.field.modulus, coefficients(component.old), coefficients(component.new)
+    if not component.real:
+        return Branch(field, old, new, -1)
+    pins = tuple(Pin(p.joint, moved(p.x, component), moved(p.y, component)) for p in state.pins)
+    generators = tuple(
+        replace(form, terms=tuple((powers, moved(value, component)) for powers, value in form.terms))
+        for form in state.generators
+    )
+    return Branch(field, old, new, node(_pinned(State(pins, generators, field), joint, ("1",), new)))
+
+
+def moved(value: Coefficients, component: Component) -> Coefficients:
+    """An element of the old field in the new one."""
+    return value if len(value) == 1 else image(value, component.old, component.field)
+
+
+def image(value: Coefficients, theta: Any, field: Field) -> Coefficients:
+    """An element of a field with `theta` put for θ."""
+    result = fmpq_poly([0])
+    for coefficient in reversed(poly(value).coeffs()):
+        result = field.reduce(result * theta) + coefficient
+    return coefficients(result)

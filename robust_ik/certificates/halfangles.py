@@ -1,0 +1,124 @@
+"""Trigonometric polynomials → forms in (x : y) = (cos q/2 : sin q/2).
+
+ℚ[c, s]/(c² + s² − 1) has no unique factors (s² = (1 − c)(1 + c)), polynomials in t = tan q/2 have. With the formal
+degree 2d, d the trigonometric degree in normal form, no factor 1 + t² appears and none is lost at q = π: what the
+degree in t lacks of the formal degree is the multiplicity of x.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from flint import Ordering, fmpq_mpoly_ctx
+
+from robust_ik.certificates.cases import Form, State
+from robust_ik.certificates.fields import Field, poly
+
+
+@dataclass(frozen=True, eq=False)
+class Homogeneous:
+    """A form over ℚ(θ).
+
+    Attributes:
+        value: Polynomial in t₁ … tₙ and z for θ.
+        degrees: Formal degrees in the joints.
+    """
+
+    value: Any
+    degrees: tuple[int, ...]
+
+    @property
+    def joints(self) -> tuple[int, ...]:
+        """Joints it involves."""
+        return tuple(i for i, degree in enumerate(self.degrees) if degree)
+
+
+@dataclass(frozen=True)
+class HalfAngles:
+    """The polynomials in t₁ … tₙ over a field.
+
+    Attributes:
+        n: Number of joints.
+        field: ℚ(θ).
+        most: Most terms of a polynomial that is worked on.
+    """
+
+    n: int
+    field: Field
+    most: int
+
+    @cached_property
+    def context(self) -> Any:
+        """Variables t₁ … tₙ, z."""
+        return fmpq_mpoly_ctx.get([f"t{i}" for i in range(self.n)] + ["z"], Ordering.lex)
+
+    @cached_property
+    def modulus(self) -> Any:
+        """The minimal polynomial of θ, in z."""
+        z = self.context.gens()[-1]
+        return sum((z**i * value for i, value in enumerate(self.field.polynomial.coeffs())), start=z * 0)
+
+    def reduce(self, value: Any) -> Any:
+        """Takes θ below the degree of its modulus."""
+        return divmod(value, self.modulus)[1] if value.degrees()[-1] >= self.field.degree else value
+
+    # ------------------------------------------------------------------------------------------ to and from forms
+    def of(self, value: Any) -> Homogeneous:
+        """A trigonometric polynomial in normal form as a form: value · Π (x² + y²)^d."""
+        n, terms = self.n, value.to_dict()
+        degrees = [max(powers[i] + powers[n + i] for powers in terms) for i in range(n)]
+        names = [f"{letter}{i}" for letter in "scw" for i in range(n)] + ["z"]
+        homogeneous = fmpq_mpoly_ctx.get(names, Ordering.lex)
+        spread = {
+            (*powers[: 2 * n], *(degrees[i] - powers[i] - powers[n + i] for i in range(n)), powers[-1]): coefficient
+            for powers, coefficient in terms.items()
+        }
+        *t, z = self.context.gens()
+        images = [*(2 * x for x in t), *(1 - x * x for x in t), *(1 + x * x for x in t), z]
+        result = homogeneous.from_dict(spread).compose(*images, ctx=self.context)
+        return Homogeneous(self.reduce(result), tuple(2 * degree for degree in degrees))
+
+    def form(self, value: Homogeneous) -> Form:
+        """As plain values, scaled to integers without common factor if it is rational."""
+        joints, grouped = value.joints, dict[tuple[int, ...], dict[int, Any]]()
+        for powers, coefficient in value.value.to_dict().items():
+            grouped.setdefault(tuple(int(powers[i]) for i in joints), {})[int(powers[-1])] = coefficient
+        terms = []
+        for key in sorted(grouped):
+            found = grouped[key]
+            terms.append((key, tuple(str(found.get(i, 0)) for i in range(max(found) + 1))))
+        return Form(joints, tuple(int(value.degrees[i]) for i in joints), tuple(terms))
+
+    def parse(self, form: Form) -> Homogeneous:
+        """The inverse of `form`."""
+        terms, degrees = {}, [0] * self.n
+        for joint, degree in zip(form.joints, form.degrees):
+            degrees[joint] = degree
+        for powers, values in form.terms:
+            key = [0] * (self.n + 1)
+            for joint, power in zip(form.joints, powers):
+                key[joint] = power
+            for i, coefficient in enumerate(poly(values).coeffs()):
+                if coefficient:
+                    terms[(*key[:-1], i)] = coefficient
+        return Homogeneous(self.context.from_dict(terms), tuple(degrees))
+
+    def restrict(self, value: Homogeneous, state: State) -> Homogeneous:
+        """A form with the pins of a state put in."""
+        result, degrees = value.value, list(value.degrees)
+        for pin in state.pins:
+            if degrees[pin.joint] == 0:
+                continue
+            if not any(poly(pin.x).coeffs()):
+                terms = {p: a for p, a in result.to_dict().items() if p[pin.joint] == degrees[pin.joint]}
+                kept = {(*p[: pin.joint], 0, *p[pin.joint + 1 :]): a for p, a in terms.items()}
+                result = self.context.from_dict(kept)
+            else:
+                images = list(self.context.gens())
+                z = images[-1]
+                images[pin.joint] = sum((z**i * a for i, a in enumerate(poly(pin.y).coeffs())), start=z * 0)
+                result = self.reduce(result.compose(*images, ctx=self.context))
+            degrees[pin.joint] = 0
+        return Homogeneous(result, tuple(degrees))

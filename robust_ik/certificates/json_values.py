@@ -1,0 +1,69 @@
+"""Values from JSON that is not trusted: every one is of the type and the size that it may have, or is refused."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from robust_ik.certificates.cases import Coefficients
+from robust_ik.errors import InputError
+
+MAX_DIGITS = 2_000
+MAX_DEGREE = 128
+MAX_TEXT = 400
+FRACTION = re.compile(rf"-?[0-9]{{1,{MAX_DIGITS}}}(/[1-9][0-9]{{0,{MAX_DIGITS - 1}}})?")
+
+
+class CertificateError(InputError):
+    """Text that is no certificate."""
+
+
+def an_object(data: Any, what: str, keys: set[str]) -> dict[str, Any]:
+    """The data as an object with no other keys."""
+    if not isinstance(data, dict) or not set(data) <= keys:
+        raise CertificateError(f"{what} must be an object with keys of {', '.join(sorted(keys))}")
+    return data
+
+
+def a_list(data: Any, what: str, limit: int) -> list[Any]:
+    """The data as a list that is not too long."""
+    if not isinstance(data, list) or len(data) > limit:
+        raise CertificateError(f"{what} must be a list of at most {limit}")
+    return data
+
+
+def an_integer(data: Any, what: str, low: int, high: int) -> int:
+    """The data as an integer within bounds."""
+    if not isinstance(data, int) or isinstance(data, bool) or not low <= data <= high:
+        raise CertificateError(f"{what} must be an integer from {low} to {high}")
+    return data
+
+
+def a_text(data: Any, what: str) -> str:
+    """The data as text that is not too long."""
+    if not isinstance(data, str) or len(data) > MAX_TEXT:
+        raise CertificateError(f"{what} must be text of at most {MAX_TEXT} characters")
+    return data
+
+
+def a_fraction(data: Any) -> str:
+    """The data as a fraction in text, such as "-3/2"."""
+    if not isinstance(data, str) or not FRACTION.fullmatch(data):
+        raise CertificateError(f"a number must be a fraction as text, got {str(data)[:40]!r}")
+    return data
+
+
+def coefficients(data: Any) -> Coefficients:
+    """The data as coefficients, at least one."""
+    values = tuple(a_fraction(value) for value in a_list(data, "coefficients", MAX_DEGREE))
+    if not values:
+        raise CertificateError("a number has a coefficient")
+    return values
+
+
+def pairs(data: Any, what: str) -> tuple[tuple[int, int], ...]:
+    """The data as pairs of natural numbers."""
+    pairs = [a_list(pair, what, 2) for pair in a_list(data, what, 100)]
+    if any(len(pair) != 2 for pair in pairs):
+        raise CertificateError(f"{what} are pairs")
+    return tuple((an_integer(a, what, 0, MAX_DEGREE), an_integer(b, what, 0, MAX_DEGREE)) for a, b in pairs)

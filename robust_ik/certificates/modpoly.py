@@ -1,0 +1,155 @@
+"""Numbers, matrices and polynomials modulo a large prime, for the checker. Plain integers."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Sequence
+from typing import Any
+
+WITNESSES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
+
+
+class UnluckyError(Exception):
+    """A prime or a point that a division by zero came up at; another one will do, or the proof is wrong."""
+
+
+def is_prime(number: int) -> bool:
+    """Miller and Rabin's test, exact below 3e24."""
+    if number < 41 or any(number % witness == 0 for witness in WITNESSES):
+        return number in (*WITNESSES,)
+    odd, twos = number - 1, 0
+    while odd % 2 == 0:
+        odd, twos = odd // 2, twos + 1
+    for witness in WITNESSES:
+        power = pow(witness, odd, number)
+        if power not in (1, number - 1) and not any(
+            (power := power * power % number) == number - 1 for _ in range(twos)
+        ):
+            return False
+    return True
+
+
+def random_prime(rng: random.Random) -> int:
+    """A prime of 61 bits."""
+    while not is_prime(candidate := rng.randrange(2**60 + 1, 2**61, 2)):
+        pass
+    return candidate
+
+
+def fraction(text: str, prime: int) -> int:
+    """A fraction as text modulo a prime."""
+    above, _, below = text.partition("/")
+    return int(above) * inverse(int(below or "1"), prime) % prime
+
+
+def inverse(number: int, prime: int) -> int:
+    """1/number modulo a prime."""
+    if number % prime == 0:
+        raise UnluckyError("a number without inverse")
+    return pow(number, -1, prime)
+
+
+def determinant(matrix: Sequence[Sequence[Any]], prime: int) -> Any:
+    """By expansion over sets of columns: without division, so in any ring."""
+    minors: dict[int, Any] = {0: 1}
+    size = len(matrix)
+    for row in matrix:
+        grown: dict[int, Any] = {}
+        for used, value in minors.items():
+            for column in range(size):
+                bit = 1 << column
+                if not used & bit:
+                    sign = -1 if (used >> column).bit_count() % 2 else 1
+                    term = sign * row[column] * value
+                    grown[used | bit] = grown[used | bit] + term if used | bit in grown else term
+        minors = {used: value % prime for used, value in grown.items()}
+    return minors[(1 << size) - 1]
+
+
+def rank(matrix: Sequence[Sequence[int]], prime: int) -> int:
+    """The rank of a matrix of integers modulo a prime."""
+    rows, found = [list(row) for row in matrix], 0
+    for column in range(len(rows[0])):
+        place = next((i for i in range(found, len(rows)) if rows[i][column] % prime), None)
+        if place is None:
+            continue
+        rows[found], rows[place] = rows[place], rows[found]
+        scale = inverse(rows[found][column], prime)
+        for i in range(found + 1, len(rows)):
+            ratio = rows[i][column] * scale % prime
+            rows[i] = [(a - ratio * b) % prime for a, b in zip(rows[i], rows[found], strict=True)]
+        found += 1
+    return found
+
+
+def trimmed(f: Sequence[int], prime: int) -> list[int]:
+    """Coefficients modulo the prime, without zeros at the end."""
+    values = [a % prime for a in f]
+    while values and not values[-1]:
+        values.pop()
+    return values
+
+
+def times(f: list[int], g: list[int]) -> list[int]:
+    """The product of two polynomials, not reduced."""
+    product = [0] * (len(f) + len(g) - 1)
+    for i, a in enumerate(f):
+        for j, b in enumerate(g):
+            product[i + j] += a * b
+    return product
+
+
+def minus(f: list[int], g: list[int], prime: int) -> list[int]:
+    """The difference of two polynomials."""
+    size = max(len(f), len(g))
+    f, g = f + [0] * (size - len(f)), g + [0] * (size - len(g))
+    return [(a - b) % prime for a, b in zip(f, g, strict=True)]
+
+
+def divide(f: list[int], g: list[int], prime: int) -> tuple[list[int], list[int]]:
+    """Quotient and remainder; g without zeros at the end."""
+    f, scale, quotient = trimmed(f, prime), inverse(g[-1], prime), [0] * max(1, len(f) - len(g) + 1)
+    while len(f) >= len(g):
+        shift, ratio = len(f) - len(g), f[-1] * scale % prime
+        quotient[shift] = ratio
+        f = trimmed([a - ratio * g[i - shift] if i >= shift else a for i, a in enumerate(f)], prime)
+    return quotient, f
+
+
+def gcd(f: list[int], g: list[int], prime: int) -> list[int]:
+    """The greatest common divisor of two polynomials."""
+    f, g = trimmed(f, prime), trimmed(g, prime)
+    while g:
+        f, g = g, divide(f, g, prime)[1]
+    return f
+
+
+def product(factors: Sequence[list[int]], prime: int) -> list[int]:
+    """The product of polynomials."""
+    result = [1]
+    for factor in factors:
+        result = trimmed(times(result, factor), prime)
+    return result
+
+
+def random_root(f: list[int], prime: int, rng: random.Random) -> int | None:
+    """A root modulo the prime, any of them alike (Cantor and Zassenhaus); None if there is none."""
+    f = trimmed(f, prime)
+    if len(f) < 2:
+        return None
+    f = gcd(minus(_power([0, 1], prime, f, prime), [0, 1], prime), f, prime)
+    while len(f) > 2:
+        power = _power([rng.randrange(prime), 1], (prime - 1) // 2, f, prime)
+        part = gcd(minus(power, [1], prime), f, prime)
+        if 1 < len(part) < len(f):
+            f = part if rng.random() < 0.5 else divide(f, part, prime)[0]
+    return None if len(f) < 2 else -f[0] * inverse(f[1], prime) % prime
+
+
+def _power(base: list[int], exponent: int, modulus: list[int], prime: int) -> list[int]:
+    result = [1]
+    for bit in bin(exponent)[2:]:
+        result = divide(times(result, result), modulus, prime)[1] or [0]
+        if bit == "1":
+            result = divide(times(result, base), modulus, prime)[1] or [0]
+    return result

@@ -1,0 +1,129 @@
+"""What the leaves of a proof say: angles at which joints stand still, relations, dimensions, and how sure that is."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from robust_ik.certificates.cases import RATIONAL, Coefficients, Node, Pin
+from robust_ik.certificates.proof import Proof
+from robust_ik.certificates.relations import Relation, relation, shown
+from robust_ik.certificates.roots import real_roots
+from robust_ik.checks import Array
+
+if TYPE_CHECKING:
+    from robust_ik.certificates.checker import Verdict
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """A leaf at one real place of its field: a set of singular configurations.
+
+    Attributes:
+        names: Names of all joints.
+        angles: Joint index → angle at which it stands still, rad in (−π, π].
+        relations: What holds between the others.
+        dimension: Free joints less relations: the dimension at generic points, if there are real ones; None where the
+            relations are too many to be counted so.
+    """
+
+    names: tuple[str, ...]
+    angles: dict[int, float]
+    relations: tuple[Relation, ...]
+    dimension: int | None
+
+    def residual(self, values: Array) -> Array:
+        """How far joint values are from the conditions, (..., n) rad → (...): 0 on the leaf, about 1 far off.
+
+        The largest |sin| of half a pinned joint's error and size of a relation's left side.
+        """
+        q = np.asarray(values, dtype=float)
+        parts = [np.abs(np.sin((q[..., joint] - angle) / 2)) for joint, angle in self.angles.items()]
+        parts += [np.abs(each.value(q)) for each in self.relations]
+        return np.asarray(np.max(np.stack([np.zeros(q.shape[:-1]), *parts]), axis=0))
+
+    def __str__(self) -> str:
+        pins = [f"{self.names[joint]} = {shown(math.degrees(angle))}" for joint, angle in self.angles.items()]
+        return " and ".join(pins + [str(each) for each in self.relations]) or "everywhere"
+
+
+@dataclass(frozen=True, eq=False)
+class Leaf:
+    """A leaf of a proof.
+
+    Attributes:
+        names: Names of all joints.
+        node: Its conditions as they stand in the proof.
+        implicit: Whether it only repeats the equations.
+    """
+
+    names: tuple[str, ...]
+    node: Node
+    implicit: bool
+
+    @cached_property
+    def places(self) -> tuple[Place, ...]:
+        """The leaf at each real root of its field's polynomial; one place if all angles are rational."""
+        roots = [Fraction(0)] if self.node.state.field == RATIONAL else real_roots(self.node.state.field)
+        return tuple(self._place(float(theta)) for theta in roots)
+
+    @property
+    def is_real(self) -> bool | None:
+        """Whether it is shown to have real points of its dimension: a lone relation by a change of sign.
+
+        None where that was not shown.
+        """
+        place = self.places[0]
+        if not place.relations:
+            return True
+        if len(place.relations) > 1:
+            return None
+        values = np.random.default_rng(0).uniform(-np.pi, np.pi, (1000, len(self.names)))
+        signs = place.relations[0].value(values)
+        return True if signs.min() < -1e-6 and signs.max() > 1e-6 else None
+
+    def __str__(self) -> str:
+        return " or ".join(map(str, self.places))
+
+    def _place(self, theta: float) -> Place:
+        state = self.node.state
+        angles = {pin.joint: _angle(pin, theta) for pin in state.pins}
+        indices = [index for index, _ in self.node.relations]
+        if self.node.kind == "implicit":
+            indices = list(range(len(state.generators)))
+        found = (relation(state.generators[index], state, theta, self.names) for index in indices)
+        dimension = None if self.node.kind == "implicit" else len(self.names) - len(angles) - len(indices)
+        return Place(self.names, angles, tuple(found), dimension)
+
+
+def leaves(proof: Proof) -> tuple[Leaf, ...]:
+    """The leaves of a proof, as many as it has; none without an arm."""
+    names = () if proof.arm is None else proof.arm.joints
+    return tuple(Leaf(names, node, proof.is_implicit(node)) for node in proof.leaves)
+
+
+def word(proof: Proof, verdict: Verdict | None = None) -> str:
+    """How sure a list of leaves is complete.
+
+    "certified" only when the checker accepted; "implicit" if a leaf only repeats the equations; "exact, unchecked"
+    if the case split closed but was not checked; else "open", "refused" or "unsupported".
+    """
+    if proof.status in ("unsupported", "open", "implicit"):
+        return proof.status
+    if verdict is None:
+        return "exact, unchecked"
+    return "certified" if verdict.accepted else "refused"
+
+
+def _angle(pin: Pin, theta: float) -> float:
+    angle = 2 * math.atan2(_value(pin.y, theta), _value(pin.x, theta))
+    return angle - 2 * math.pi if angle > math.pi else angle
+
+
+def _value(coefficients: Coefficients, theta: float) -> float:
+    return float(sum(float(Fraction(a)) * theta**i for i, a in enumerate(coefficients)))

@@ -1,0 +1,180 @@
+"""Relations between joints, as a person or a program can read them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property, reduce
+
+import numpy as np
+
+from robust_ik.certificates.cases import RATIONAL, Form, State
+from robust_ik.certificates.expected import element_product
+from robust_ik.checks import Array
+
+Term = dict[tuple[tuple[int, int], ...], Fraction]
+"""Powers of (c, s) for each joint → coefficient."""
+SHORT = 12
+"""Terms of a relation that is worth printing in full."""
+
+
+@dataclass(frozen=True, eq=False)
+class Relation:
+    """Σ coefficient Π cos(q/2)^(degree − power) sin(q/2)^power = 0.
+
+    Attributes:
+        joints: Indices of the joints.
+        names: Their names.
+        degrees: Degree in each joint's half angle.
+        powers: Power of sin(q/2) in each term, (terms, joints).
+        coefficients: The terms' coefficients, (terms,), largest 1 in size.
+        exact: The coefficients as fractions, integers without common factor; none where they are algebraic.
+    """
+
+    joints: tuple[int, ...]
+    names: tuple[str, ...]
+    degrees: tuple[int, ...]
+    powers: tuple[tuple[int, ...], ...]
+    coefficients: tuple[float, ...]
+    exact: tuple[Fraction, ...] | None
+
+    def value(self, values: Array) -> Array:
+        """The left side at joint values, (..., n) rad → (...); at most the sum of the coefficients' sizes."""
+        half = np.asarray(values, dtype=float)[..., list(self.joints)] / 2
+        result = np.zeros(half.shape[:-1])
+        for powers, coefficient in zip(self.powers, self.coefficients, strict=True):
+            p = np.array(powers)
+            result += coefficient * np.prod(np.cos(half) ** (np.array(self.degrees) - p) * np.sin(half) ** p, axis=-1)
+        return result
+
+    @property
+    def short(self) -> bool:
+        """Whether it is short enough to be printed in full."""
+        return len(self.terms) <= SHORT
+
+    @cached_property
+    def terms(self) -> tuple[tuple[str, float], ...]:
+        """Terms as ("c3 c4", coefficient): c3 = cos q3; in half angles, "cos(q3/2)", where a degree is odd."""
+        if any(degree % 2 for degree in self.degrees):
+            return tuple((self._half_angles(p), c) for p, c in zip(self.powers, self.coefficients, strict=True))
+        found = self._trigonometric()
+        largest = max(map(abs, found.values()), default=1.0)
+        return tuple((self._monomial(key), value / largest) for key, value in found.items())
+
+    def __str__(self) -> str:
+        """The relation as an equation; a sum or difference of two joints by its value in degrees."""
+        return (
+            self._sum() or " ".join(_signed(name, value, not i) for i, (name, value) in enumerate(self.terms)) + " = 0"
+        )
+
+    def _half_angles(self, powers: tuple[int, ...]) -> str:
+        parts = []
+        for name, degree, power in zip(self.names, self.degrees, powers, strict=True):
+            parts += [f"{f}({name}/2){_exponent(e)}" for f, e in (("cos", degree - power), ("sin", power)) if e]
+        return " ".join(parts)
+
+    def _monomial(self, key: tuple[tuple[int, int], ...]) -> str:
+        names = zip(self.joints, key, strict=True)
+        return " ".join(f"{f}{j + 1}{_exponent(e)}" for j, pair in names for f, e in zip("cs", pair, strict=True) if e)
+
+    def _trigonometric(self) -> dict[tuple[tuple[int, int], ...], float]:
+        """In cosines and sines: x² = (1 + c)/2, y² = (1 − c)/2, xy = s/2."""
+        exact = self.exact or tuple(Fraction(value) for value in self.coefficients)
+        total: Term = {}
+        for powers, coefficient in zip(self.powers, exact, strict=True):
+            term: Term = {(): coefficient}
+            for degree, power in zip(self.degrees, powers, strict=True):
+                factor = _half_angle_monomial(degree, power)
+                term = {(*a, b): u * v for a, u in term.items() for b, v in factor.items()}
+            for key, value in term.items():
+                total[key] = total.get(key, Fraction(0)) + value
+        kept = {key: float(value) for key, value in total.items() if abs(value) > 1e-12 * max(map(abs, exact))}
+        return dict(sorted(kept.items(), key=lambda item: (-sum(map(sum, item[0])), item[0][::-1])))
+
+    def _sum(self) -> str:
+        """A relation that fixes the sum or the difference of two joints, by name; else empty."""
+        if self.degrees != (1, 1):
+            return ""
+        at = dict(zip(self.powers, self.coefficients, strict=True))
+        xx, xy, yx, yy = (at.get(key, 0.0) for key in ((0, 0), (0, 1), (1, 0), (1, 1)))
+        for sign, straight, crossed in (("+", xx + yy, xy - yx), ("−", xx - yy, xy + yx)):
+            if abs(straight) + abs(crossed) < 1e-12:
+                angle = math.degrees(2 * math.atan2(-xx, yx))
+                return f"{self.names[0]} {sign} {self.names[1]} = {shown(angle)}"
+        return ""
+
+
+def relation(form: Form, state: State, theta: float, names: tuple[str, ...]) -> Relation:
+    """A generator of a state with its pins put in, at one real place of the field.
+
+    Args:
+        form: The generator.
+        state: The state.
+        theta: The value of θ there.
+        names: Names of all joints.
+    """
+    found = _restricted(form, state)
+    keys = [key for key in sorted(found) if any(found[key])]
+    values = [float(sum(float(a) * theta**i for i, a in enumerate(found[key]))) for key in keys]
+    exact = None
+    if state.field == RATIONAL or all(not any(found[key][1:]) for key in keys):
+        exact = _primitive([found[key][0] for key in keys])
+    largest = max(map(abs, values))
+    pinned = state.pinned
+    free = [i for i, joint in enumerate(form.joints) if joint not in pinned]
+    joints, degrees = tuple(form.joints[i] for i in free), tuple(form.degrees[i] for i in free)
+    scaled = tuple(value / largest for value in values)
+    return Relation(joints, tuple(names[j] for j in joints), degrees, tuple(keys), scaled, exact)
+
+
+def _restricted(form: Form, state: State) -> dict[tuple[int, ...], list[Fraction]]:
+    """Terms with the pins put in, coefficients in the field."""
+    pinned, result = state.pinned, dict[tuple[int, ...], list[Fraction]]()
+    for powers, coefficient in form.terms:
+        value = [Fraction(a) for a in coefficient]
+        for joint, degree, power in zip(form.joints, form.degrees, powers, strict=True):
+            if joint in pinned:
+                pin = pinned[joint]
+                for text in (pin.x,) * (degree - power) + (pin.y,) * power:
+                    value = element_product(value, [Fraction(a) for a in text], state.field)
+        key = tuple(power for joint, power in zip(form.joints, powers, strict=True) if joint not in pinned)
+        old = result.get(key, [])
+        size = max(len(old), len(value))
+        both = [part + [Fraction(0)] * (size - len(part)) for part in (old, value)]
+        result[key] = [a + b for a, b in zip(*both, strict=True)]
+    return result
+
+
+def _primitive(values: list[Fraction]) -> tuple[Fraction, ...]:
+    """Scaled to integers without common factor."""
+    scale = Fraction(math.lcm(*(value.denominator for value in values)))
+    common = reduce(math.gcd, (int(value * scale) for value in values))
+    return tuple(value * scale / common for value in values)
+
+
+def _half_angle_monomial(degree: int, power: int) -> dict[tuple[int, int], Fraction]:
+    """cos(q/2)^(degree − power) sin(q/2)^power in (c, s) of q, for an even degree."""
+    odd = power % 2
+    plus, minus = (degree - power - odd) // 2, (power - odd) // 2
+    row = [Fraction(1)]
+    for sign in [1] * plus + [-1] * minus:
+        row = [(a + sign * b) / 2 for a, b in zip([*row, Fraction(0)], [Fraction(0), *row], strict=True)]
+    return {(i, odd): a / (2 if odd else 1) for i, a in enumerate(row) if a}
+
+
+def _exponent(power: int) -> str:
+    return "" if power == 1 else "".join("⁰¹²³⁴⁵⁶⁷⁸⁹"[int(digit)] for digit in str(power))
+
+
+def _signed(name: str, value: float, first: bool) -> str:
+    sign = ("−" if value < 0 else "") if first else ("− " if value < 0 else "+ ")
+    size = f"{abs(value):.7g}"
+    return sign + (name if size == "1" and name else f"{size} {name}".rstrip())
+
+
+def shown(degrees: float) -> str:
+    """An angle in degrees, in (−180, 180], without needless digits."""
+    turned = degrees - 360 * math.ceil(degrees / 360 - 0.5)
+    nearest = round(turned)
+    return f"{nearest}°" if abs(turned - nearest) < 1e-9 else f"{turned:.6f}°".replace("-", "−")

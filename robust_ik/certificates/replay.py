@@ -1,0 +1,127 @@
+"""The checker's own kinematics: the Jacobian of a proof's arm at a point, modulo a prime."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+from robust_ik.certificates.cases import Form
+from robust_ik.certificates.modpoly import fraction
+from robust_ik.certificates.modular import Ring
+from robust_ik.certificates.proof import Arm
+
+ROW_NAMES = ("x", "y", "z", "wx", "wy", "wz")
+
+Point = dict[int, tuple[Any, Any]]
+"""Joint → (x, y)."""
+
+
+def is_rigid(arm: Arm) -> bool:
+    """Whether every link is an exact rotation and a translation."""
+    for *rows, _ in arm.links:
+        a, b, c = ([Fraction(value) for value in row] for row in rows)
+        dots = [sum(x * y for x, y in zip(u, v)) for u, v in ((a, a), (b, b), (c, c), (a, b), (b, c), (a, c))]
+        volume = sum(x * y for x, y in zip(_cross(a, b), c))
+        if dots != [1, 1, 1, 0, 0, 0] or volume != 1:
+            return False
+    return True
+
+
+@dataclass(frozen=True, eq=False)
+class Replay:
+    """An arm in one ring.
+
+    Attributes:
+        arm: The arm.
+        link: The link whose frame the Jacobian is written in; 0 for the base.
+        ring: Where the numbers live.
+    """
+
+    arm: Arm
+    link: int
+    ring: Ring
+
+    def jacobian(self, point: Point) -> list[list[Any]]:
+        """The arm's task rows, (rows, n), at a point.
+
+        The frames are found from the base outwards, then seen from the link.
+        """
+        p, frames = self.ring.prime, self._frames(point)
+        origin, turned = ([0, 0, 0], [[1, 0, 0], [0, 1, 0], [0, 0, 1]]) if not self.link else frames[self.link - 1]
+        whole = len(self.arm.rows) == len(ROW_NAMES)
+        reference = origin if whole else frames[-1][0]
+        columns = []
+        for place, axes in frames[:-1]:
+            axis = [row[2] for row in axes]
+            lever = [(a - b) % p for a, b in zip(reference, place)]
+            linear = [value % p for value in _cross(axis, lever)]
+            both = [sum(turned[k][i] * v[k] for k in range(3)) % p for v in (linear, axis) for i in range(3)]
+            columns.append([both[ROW_NAMES.index(name)] for name in self.arm.rows])
+        return [list(row) for row in zip(*columns)]
+
+    @cached_property
+    def _links(self) -> list[list[list[int]]]:
+        """The constant transforms modulo the prime."""
+        return [[[fraction(value, self.ring.prime) for value in row] for row in link] for link in self.arm.links]
+
+    def _frames(self, point: Point) -> list[tuple[list[Any], list[list[Any]]]]:
+        """Origin and axes in the base of every joint's moved frame, and of the tip."""
+        p = self.ring.prime
+        place: list[Any] = [0, 0, 0]
+        axes: list[list[Any]] = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
+        result = []
+        for i, numbers in enumerate(self._links):
+            place = [(a + sum(x * y for x, y in zip(row, numbers[3]))) % p for a, row in zip(place, axes)]
+            axes = [[sum(row[k] * numbers[k][j] for k in range(3)) % p for j in range(3)] for row in axes]
+            if i < len(self.arm.joints):
+                c, s = self._angle(*point[i])
+                axes = [[(a * c + b * s) % p, (b * c - a * s) % p, d] for a, b, d in axes]
+            result.append((place, axes))
+        return result
+
+    def _angle(self, x: Any, y: Any) -> tuple[Any, Any]:
+        """Cosine and sine from those of the half angle, up to their common factor."""
+        p = self.ring.prime
+        scale = self.ring.inverse((x * x + y * y) % p)
+        return (x * x - y * y) * scale % p, 2 * x * y * scale % p
+
+
+def evaluate(form: Form, point: Point, ring: Ring) -> Any:
+    """A form's value at a point."""
+    p = ring.prime
+    tables = [_monomials(*point[joint], degree, p) for joint, degree in zip(form.joints, form.degrees, strict=True)]
+    total: Any = 0
+    for powers, coefficient in form.terms:
+        term = ring.number(coefficient)
+        for table, power in zip(tables, powers, strict=True):
+            term = term * table[power] % p
+        total = total + term
+    return total % p
+
+
+def collect(form: Form, joint: int, point: Point, ring: Ring) -> list[Any]:
+    """A form as coefficients of the powers of one joint's y, lowest first, the other joints at a point."""
+    degree = dict(zip(form.joints, form.degrees)).get(joint, 0)
+    result: list[Any] = [0] * (degree + 1)
+    one: Point = {**point, joint: (1, 1)}
+    for power in range(degree + 1):
+        terms = tuple(term for term in form.terms if dict(zip(form.joints, term[0])).get(joint, 0) == power)
+        if terms:
+            result[power] = evaluate(Form(form.joints, form.degrees, terms), one, ring)
+    return result
+
+
+def _monomials(x: Any, y: Any, degree: int, p: int) -> list[Any]:
+    """x^(degree − i) y^i for i from 0 to the degree."""
+    left, right = [1], [1]
+    for _ in range(degree):
+        left.append(left[-1] * x % p)
+        right.append(right[-1] * y % p)
+    return [left[degree - i] * right[i] % p for i in range(degree + 1)]
+
+
+def _cross(u: Sequence[Any], v: Sequence[Any]) -> list[Any]:
+    return [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]

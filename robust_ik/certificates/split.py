@@ -1,0 +1,146 @@
+"""The case split: from no conditions at all to leaves, cases shared where they meet again."""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+import time
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from robust_ik.certificates.cases import Node, State
+from robust_ik.certificates.deciding import Case, Decision
+from robust_ik.certificates.exact_model import ExactArm
+from robust_ik.certificates.fields import Field, TooLargeError, coefficients, poly
+from robust_ik.certificates.growing import factors, image
+
+MAX_NODES = 5000
+
+
+def split(arm: ExactArm, corank: int, link: int, deadline: float, most: int) -> tuple[Node, ...]:
+    """The cases, the root first.
+
+    Args:
+        arm: The arm.
+        corank: Rank deficiency.
+        link: The link whose frame is used.
+        deadline: When to stop, of `time.monotonic`; what is not decided then stays open.
+        most: Most terms of a polynomial that is worked on.
+    """
+    return _Splitter(arm, corank, link, deadline, most).run()
+
+
+@dataclass
+class _Splitter:
+    arm: ExactArm
+    corank: int
+    link: int
+    deadline: float
+    most: int
+    nodes: list[Node] = field(default_factory=list)
+    ids: dict[State, int] = field(default_factory=dict)
+    waiting: list[tuple[int, int]] = field(default_factory=list)
+    leaves: list[int] = field(default_factory=list)
+
+    def run(self) -> tuple[Node, ...]:
+        self._node(State())
+        while self.waiting:
+            _, index = heapq.heappop(self.waiting)
+            if time.monotonic() > self.deadline or len(self.nodes) > MAX_NODES:
+                self.nodes[index] = replace(self.nodes[index], reason="out of time")
+                continue
+            self.nodes[index] = self._treat(self.nodes[index].state)
+            if self.nodes[index].kind == "leaf":
+                self.leaves.append(index)
+        self._drop_contained()
+        return tuple(self.nodes)
+
+    def _node(self, state: State) -> int:
+        """The node of a state; those with few conditions are treated first, so that leaves come before their parts."""
+        if state not in self.ids:
+            self.ids[state] = len(self.nodes)
+            self.nodes.append(Node(state))
+            heapq.heappush(self.waiting, (len(state.pins) + len(state.generators), self.ids[state]))
+        return self.ids[state]
+
+    def _case(self, state: State) -> Case:
+        return Case(self.arm, self.corank, self.link, state, self.most)
+
+    def _treat(self, state: State) -> Node:
+        case = self._case(state)
+        try:
+            inside = self._inside(case, self.leaves)
+            return inside or self._decided(case, case.decide())
+        except TooLargeError as error:
+            return Node(state, "open", reason=f"too large: {error}")
+
+    def _decided(self, case: Case, decision: Decision) -> Node:
+        if decision.factored is None:
+            return Node(case.state, decision.kind, relations=decision.relations, reason=decision.reason)
+        children = factors(case.state, case.half, decision.factored, self._node)
+        return Node(
+            case.state,
+            "split" if any(factor.kind != "unreal" for factor in children) else "contradiction",
+            decision.source,
+            decision.factored.norm,
+            coefficients(decision.factored.constant),
+            decision.degrees,
+            children,
+        )
+
+    def _drop_contained(self) -> None:
+        """Leaves that lie inside another one are none of their own."""
+        for index in list(self.leaves):
+            others = [other for other in self.leaves if other != index]
+            inside = self._inside(self._case(self.nodes[index].state), others)
+            if inside:
+                self.leaves.remove(index)
+                self.nodes[index] = inside
+        for index, node in enumerate(self.nodes):
+            if node.kind == "subsumed" and self.nodes[node.leaf].kind != "leaf":
+                target = node
+                while target.kind == "subsumed":
+                    target = self.nodes[target.leaf]
+                inside = self._inside(self._case(node.state), [self.nodes.index(target)])
+                assert inside is not None
+                self.nodes[index] = inside
+
+    def _inside(self, case: Case, leaves: list[int]) -> Node | None:
+        for index in leaves:
+            theta = _embedding(case.state, self.nodes[index].state)
+            if theta is not None and self._relations_hold(case, self.nodes[index], theta):
+                return Node(case.state, "subsumed", leaf=index, image=coefficients(theta))
+        return None
+
+    def _relations_hold(self, case: Case, leaf: Node, theta: Any) -> bool:
+        for index, _ in leaf.relations:
+            form = leaf.state.generators[index]
+            terms = tuple((powers, image(value, theta, case.half.field)) for powers, value in form.terms)
+            moved = case.half.parse(replace(form, terms=terms))
+            if not case.follows(case.half.restrict(moved, case.state)):
+                return False
+        return True
+
+
+def _embedding(state: State, leaf: State) -> Any | None:
+    """θ of a leaf's field in the state's field, such that the leaf's pins hold there; None if they do not."""
+    field, pins = Field(state.field), state.pinned
+    if any(pin.joint not in pins for pin in leaf.pins):
+        return None
+    algebraic = [pin for pin in leaf.pins if len(pin.y) > 1]
+    for theta in [poly(("0",))] if not algebraic else _thetas(field, [pins[pin.joint].y for pin in algebraic]):
+        pairs = ((pins[pin.joint], pin) for pin in leaf.pins)
+        same = all(mine.x == pin.x and mine.y == image(pin.y, theta, field) for mine, pin in pairs)
+        if same and image(leaf.field, theta, field) == ("0",):
+            return theta
+    return None
+
+
+def _thetas(field: Field, values: list[Any]) -> list[Any]:
+    """Candidates of the primitive element: θ itself and small combinations of the joints' t."""
+    combinations = itertools.product(range(1, 4), repeat=len(values) - 1)
+    sums = [
+        field.reduce(sum((poly(v) * m for m, v in zip(multiples, values[1:])), start=poly(values[0])))
+        for multiples in combinations
+    ]
+    return [poly(("0", "1")), *sums]

@@ -1,0 +1,82 @@
+"""Whether a polynomial vanishes where relations between joints hold."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from typing import Any
+
+from flint import fmpq_poly
+
+from robust_ik.certificates.halfangles import HalfAngles
+
+ORDERS = 6
+"""How many orders of solving the relations are tried."""
+
+
+def divides(half: HalfAngles, divisor: Any, value: Any) -> bool:
+    """Whether a polynomial is a multiple of another one, over the field."""
+    if half.field.is_rational:
+        return not divmod(value, divisor)[1]
+    monic = half.reduce(divisor * _inverse(half, divisor))
+    return not half.reduce(divmod(value, monic)[1])
+
+
+def _inverse(half: HalfAngles, value: Any) -> Any:
+    """1/(the leading coefficient), an element of the field as a polynomial in θ."""
+    head = max(tuple(powers[:-1]) for powers in value.to_dict())
+    terms = {int(powers[-1]): a for powers, a in value.to_dict().items() if tuple(powers[:-1]) == head}
+    element = half.field.inverse(fmpq_poly([terms.get(i, 0) for i in range(max(terms) + 1)]))
+    z = half.context.gens()[-1]
+    return sum((z**i * a for i, a in enumerate(element.coeffs())), start=z * 0)
+
+
+def vanishes(half: HalfAngles, value: Any, relations: list[Any]) -> bool:
+    """Whether a polynomial is zero at generic points of the relations.
+
+    It is a multiple of one of them, or pseudo-division by them, each solved for a joint of its own, leaves nothing.
+    """
+    if not value or any(divides(half, relation, value) for relation in relations):
+        return True
+    for order in itertools.islice(triangular(relations), ORDERS) if len(relations) > 1 else ():
+        result = value
+        for relation, joint in order:
+            result = _pseudo_remainder(half, result, relation, joint)
+        if not result:
+            return True
+    return False
+
+
+def triangular(relations: list[Any]) -> Iterator[list[tuple[Any, int]]]:
+    """Ways to solve each relation for a joint that the relations after it in the list do not involve."""
+    if len(relations) > 4:
+        return
+    for order in itertools.permutations(relations):
+        choices = []
+        for place, relation in enumerate(order):
+            later = order[place + 1 :]
+            used = [i for i, d in enumerate(relation.degrees()[:-1]) if d]
+            choices.append([i for i in used if not any(other.degrees()[i] for other in later)])
+        for joints in itertools.product(*choices):
+            if len(set(joints)) == len(joints):
+                yield list(zip(order, joints))
+
+
+def _pseudo_remainder(half: HalfAngles, value: Any, divisor: Any, joint: int) -> Any:
+    """The remainder in one joint after multiplying by powers of the divisor's leading coefficient.
+
+    What is too large is given back as it is: not zero.
+    """
+    t = half.context.gens()[joint]
+    degree = divisor.degrees()[joint]
+    leading = _coefficient(half, divisor, joint, degree)
+    while value and value.degrees()[joint] >= degree and len(value) <= half.most:
+        power = value.degrees()[joint]
+        head = _coefficient(half, value, joint, power)
+        value = half.reduce(leading * value - head * t ** (power - degree) * divisor)
+    return value
+
+
+def _coefficient(half: HalfAngles, value: Any, joint: int, power: int) -> Any:
+    terms = {(*p[:joint], 0, *p[joint + 1 :]): a for p, a in value.to_dict().items() if p[joint] == power}
+    return half.context.from_dict(terms)

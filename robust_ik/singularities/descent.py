@@ -1,0 +1,99 @@
+"""Levenberg and Marquardt's method for N searches at once. NumPy only."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from robust_ik.checks import Array
+from robust_ik.singularities.kinematics import ScrewChain
+from robust_ik.singularities.residual import Indices, Mask, Residual
+
+TOLERANCE = 1e-11
+"""‖r‖/σ₁ that counts as zero."""
+STEPS = 60
+LONGEST_STEP = 0.5
+"""Of one joint in one step, rad or m."""
+FIRST_DAMPING, LESS, MORE = 0.1, 0.2, 4.0
+"""Damping μ in units of ‖r‖σ₁: at first, and its factors where ‖r‖ fell and where it did not."""
+WORTHWHILE, PATIENCE = 0.95, 6
+"""A search stalls when so many steps together brought ‖r‖ no factor like this one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """Where N searches ended.
+
+    Attributes:
+        values: Joint values, (N, n).
+        residual: There.
+        tries: Steps tried, (N,).
+        converged: Whether ‖r‖ was brought to zero, (N,).
+    """
+
+    values: Array
+    residual: Residual
+    tries: Indices
+    converged: Mask
+
+    def copy(self) -> Search:
+        """One that can be written to."""
+        everything = np.arange(len(self.values))
+        return Search(self.values.copy(), self.residual.select(everything), self.tries.copy(), self.converged.copy())
+
+    def put(self, which: Indices, other: Search, better: Mask) -> None:
+        """Writes those of another search that are better in place of some of this one, and adds its steps to all.
+
+        Args:
+            which: Indices here, one for each there.
+            other: The other search.
+            better: Which of it to take.
+        """
+        self.tries[which] += other.tries
+        self.values[which[better]] = other.values[better]
+        self.converged[which[better]] = other.converged[better]
+        self.residual.put(which[better], other.residual.select(np.flatnonzero(better)))
+
+
+def project(chain: ScrewChain, corank: int, values: Array, tolerance: float = TOLERANCE) -> Search:
+    """Steps from each of the joint values (N, n) until ‖r‖ ≤ tolerance σ₁ or no step helps."""
+    values = values.copy()
+    state = Residual.at(chain, values, corank)
+    damping = np.full(len(values), FIRST_DAMPING)
+    idle, tries = np.zeros((2, len(values)), dtype=int)
+    for _ in range(STEPS):
+        active = np.flatnonzero((state.relative > tolerance) & (idle < PATIENCE))
+        if active.size == 0:
+            break
+        here = state.select(active)
+        trial = values[active] + step(here, damping[active])
+        there = Residual.at(chain, trial, corank)
+        better = there.norm < here.norm
+        tries[active] += 1
+        idle[active] = np.where(there.norm < WORTHWHILE * here.norm, 0, idle[active] + 1)
+        damping[active] *= np.where(better, LESS, MORE)
+        values[active[better]] = trial[better]
+        state.put(active[better], there.select(np.flatnonzero(better)))
+    return Search(values, state, tries, state.relative <= tolerance)
+
+
+def step(at: Residual, damping: Array) -> Array:
+    """−(AᵀA + μI)⁻¹Aᵀr with μ = damping ‖r‖ σ₁, cut to LONGEST_STEP, (N, n).
+
+    μ falls with ‖r‖, not with its square, because strata are rarely complete intersections: A has a null space there.
+
+    Args:
+        at: r and A = ∂r/∂q of N configurations.
+        damping: (N,).
+    """
+    A, r = at.derivative, at.vector[..., None]
+    At = np.swapaxes(A, 1, 2)
+    wide = A.shape[1] < A.shape[2]
+    gram = A @ At if wide else At @ A
+    size = np.trace(gram, axis1=1, axis2=2)
+    mu = damping * at.norm * at.s[:, 0] + 1e-15 * size + 1e-300
+    gram += mu[:, None, None] * np.eye(gram.shape[-1])
+    move = At @ np.linalg.solve(gram, r) if wide else np.linalg.solve(gram, At @ r)
+    longest = np.abs(move[..., 0]).max(axis=1, keepdims=True)
+    return np.asarray(-move[..., 0] * (LONGEST_STEP / np.maximum(longest, LONGEST_STEP)))

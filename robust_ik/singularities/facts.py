@@ -1,0 +1,128 @@
+"""What an atlas keeps of its robot, so that it can be read without it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robust_ik.catalog import catalog
+from robust_ik.checks import Array, as_array, readonly
+from robust_ik.dh import DHTable
+from robust_ik.dh_toml import read_dh
+from robust_ik.errors import InputError, LoadError
+from robust_ik.singularities.kinematics import ScrewChain, last_axes
+from robust_ik.singularities.notation import symbols
+from robust_ik.singularities.reachable import reachable_rows
+from robust_ik.singularities.straight import straightened
+
+if TYPE_CHECKING:
+    from robust_ik.robot import Robot
+
+
+@dataclass(frozen=True, eq=False)
+class RobotFacts:
+    """Names, limits and geometry of the chain that an atlas is of.
+
+    Attributes:
+        name: The robot's.
+        tip: The frame that is moved.
+        asked: Task rows that were asked for.
+        continuous: Which joints have (cos, sin) in q, (n,).
+        lower: Lower limits, (n,), rad or m; −∞ where there is none.
+        upper: Upper limits.
+        symbols: Lengths of the DH table by name, m; empty without a table.
+        chain: The geometry that was analysed, and the task rows.
+        given: The geometry as the model has it; the same object where nothing was straightened.
+        changes: What was straightened, in words.
+        snapped: Whether the straight geometry is what was asked about.
+        tool: The tool's axes in the last joint's axis frame, (3, 3).
+    """
+
+    name: str
+    tip: str
+    asked: tuple[str, ...]
+    continuous: tuple[bool, ...]
+    lower: Array
+    upper: Array
+    symbols: Mapping[str, float]
+    chain: ScrewChain
+    given: ScrewChain
+    changes: tuple[str, ...]
+    snapped: bool
+    tool: Array
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "lower", readonly(self.lower))
+        object.__setattr__(self, "upper", readonly(self.upper))
+        object.__setattr__(self, "tool", readonly(self.tool))
+        object.__setattr__(self, "symbols", MappingProxyType(dict(self.symbols)))
+
+    @classmethod
+    def of(
+        cls,
+        robot: Robot,
+        rows: Sequence[str] | None,
+        length_scale: float | None,
+        table: DHTable | None,
+        snap: bool,
+    ) -> RobotFacts:
+        """The facts of a robot, its geometry straightened, in the rows that it can reach."""
+        asked = ScrewChain.of(robot, rows=rows, length_scale=1.0 if length_scale is None else length_scale)
+        given = reachable_rows(asked)
+        chain, changes = straightened(robot, given)
+        kinds = [robot.description.joint[name].kind for name in robot.joint_names]
+        return cls(
+            name=robot.name,
+            tip=str(robot.tip),
+            asked=asked.rows,
+            continuous=tuple(kind == "continuous" for kind in kinds),
+            lower=robot.lower,
+            upper=robot.upper,
+            symbols=symbols(_table(robot) if table is None else table),
+            chain=chain,
+            given=given,
+            changes=changes,
+            snapped=snap,
+            tool=last_axes(chain, np.zeros(chain.n)).T @ robot.pose(robot.neutral)[:3, :3],
+        )
+
+    def values(self, q: ArrayLike) -> Array:
+        """Joint values (n,) from q (nq,), or from joint values themselves."""
+        q = as_array(q, "q", (None,))
+        n, pairs = self.chain.n, sum(self.continuous)
+        if q.shape == (n,):
+            return q
+        if q.shape != (n + pairs,):
+            raise InputError(f"q must have shape ({n},){f' or ({n + pairs},)' if pairs else ''}, got {q.shape}")
+        values, place = np.empty(n), 0
+        for joint, turns in enumerate(self.continuous):
+            values[joint] = np.arctan2(q[place + 1], q[place]) if turns else q[place]
+            place += 2 if turns else 1
+        return values
+
+    @property
+    def reduced(self) -> str:
+        """Why not all rows that were asked for were analysed; empty if they were."""
+        if self.asked == self.chain.rows:
+            return ""
+        return (
+            f"{self.name} is singular everywhere in the rows {' '.join(self.asked)}, which its {self.chain.n} joints "
+            f"cannot all move: analysed in {' '.join(self.chain.rows)}"
+        )
+
+
+def _table(robot: Robot) -> DHTable | None:
+    """The DH table that a robot of the catalogue comes from."""
+    entry = catalog().get(robot.name)
+    if entry is None or entry.path.suffix != ".toml":
+        return None
+    try:
+        table = read_dh(entry.path)
+    except LoadError:
+        return None
+    return table if table.joint_names == robot.joint_names else None

@@ -1,0 +1,53 @@
+"""Rows of the atlas from verified leaves: words, pieces, limits, floors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from robust_ik.linalg import svd
+from robust_ik.singularities.components import count_components
+from robust_ik.singularities.facts import RobotFacts
+from robust_ik.singularities.leaves import Leaf
+from robust_ik.singularities.lost import lost_along
+from robust_ik.singularities.merging import rows
+from robust_ik.singularities.strata import Stratum, stratum
+from robust_ik.singularities.walking import relative_sigmas
+from robust_ik.singularities.within import margin
+
+FILLS = 16
+EDGE = 1e-9
+"""A margin above minus this is within the limits, rad."""
+
+
+def make_rows(facts: RobotFacts, leaves: Sequence[Leaf], rng: np.random.Generator) -> tuple[Stratum, ...]:
+    """All rows, coranks ascending, large dimensions first, then by joints."""
+    found = [
+        _row(facts, group, rng)
+        for corank in sorted({leaf.corank for leaf in leaves})
+        for group in rows([leaf for leaf in leaves if leaf.corank == corank])
+    ]
+    return tuple(sorted(found, key=_order))
+
+
+def _order(row: Stratum) -> tuple[int, int, tuple[tuple[int, ...], ...], str]:
+    return row.corank, -row.dimension, tuple(each.angle.joints for each in row.conditions), row.words
+
+
+def _row(facts: RobotFacts, leaves: Sequence[Leaf], rng: np.random.Generator) -> Stratum:
+    pieces, exact = count_components(facts.chain, leaves[0], rng)
+    members = np.concatenate([leaf.filled(facts.chain, rng, FILLS) for leaf in leaves])
+    residual = float(relative_sigmas(facts.chain, members)[:, facts.chain.m - leaves[0].corank].max())
+    row = stratum(leaves, facts.symbols, (pieces * len(leaves), exact), residual)
+    sigma = svd(facts.given.jacobian(members)).s[:, facts.given.m - row.corank]
+    lost = lost_along(facts.chain, facts.tool, row.corank, row.samples)
+    return replace(_within(facts, row), floor=float(sigma.max()), lost=lost)
+
+
+def _within(facts: RobotFacts, row: Stratum) -> Stratum:
+    """The row with what the joint limits leave of it."""
+    margins = [(margin(facts.chain, leaf, facts.lower, facts.upper), leaf) for leaf in row.leaves]
+    inside = tuple(tuple(pin.value for pin in leaf.pins) for size, leaf in margins if size >= -EDGE)
+    return replace(row, within_limits=bool(inside), margin=max(size for size, _ in margins), inside=inside)

@@ -1,0 +1,131 @@
+"""find_singularities: from a robot to its atlas."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from robust_ik.checks import checked_parameter
+from robust_ik.errors import InputError
+from robust_ik.progress import Told
+from robust_ik.singularities.atlas import Settings, SingularityAtlas
+from robust_ik.singularities.confidence import Evidence
+from robust_ik.singularities.descent import TOLERANCE
+from robust_ik.singularities.facts import RobotFacts
+from robust_ik.singularities.finder import Method
+from robust_ik.singularities.leaves import Leaf
+from robust_ik.singularities.residual import check_corank
+from robust_ik.singularities.rowmaking import make_rows
+from robust_ik.singularities.work import Work, hold_out, read_corank
+
+if TYPE_CHECKING:
+    from robust_ik.dh import DHTable
+    from robust_ik.robot import Robot
+
+STARTS = 2000
+DEFAULT_SEED = 0
+
+
+def find_singularities(
+    robot: Robot,
+    corank: int | None = None,
+    *,
+    starts: int = STARTS,
+    rng: np.random.Generator | int | None = None,
+    rows: Sequence[str] | None = None,
+    length_scale: float | None = None,
+    tolerance: float = TOLERANCE,
+    method: Method = "projection",
+    table: DHTable | None = None,
+    snap: bool = False,
+    progress: Told | None = None,
+) -> SingularityAtlas:
+    """Every family of singular configurations of every corank that random starts lead to, whatever the joint limits.
+
+    Args:
+        robot: An arm with a tip.
+        corank: Only this one; by default all up to the last that exists.
+        starts: Random starts for each corank.
+        rng: A seed, or a generator to draw one from; by default always the same.
+        rows: Task rows, of x y z wx wy wz; default the robot's. Those that it cannot move are left out, with a word.
+        length_scale: Length by which linear rows are divided, m; default 1. Strata do not depend on it, σ does.
+        tolerance: ‖r‖/σ₁ that counts as zero, r being the k smallest singular values.
+        method: "projection" (Levenberg-Marquardt), or "gradient", the paper's own, to compare.
+        table: DH table whose lengths name coefficients; by default that of a robot of the catalogue.
+        snap: Whether the geometry with every nearly exact angle exact is what is meant. It is what is analysed in any
+            case; without `snap` the floor of σ of the model as given is told as well.
+        progress: Called with (steps done, steps in all).
+
+    Returns:
+        The atlas; where Ctrl-C stopped the search, what it had found, so marked.
+
+    Raises:
+        TipError: The robot was loaded whole, without a tip.
+        InputError: There can be no such corank, or a parameter is out of range.
+    """
+    facts = RobotFacts.of(robot, rows, length_scale, table, snap)
+    if isinstance(starts, bool) or not isinstance(starts, (int, np.integer)) or starts < 1:
+        raise InputError(f"starts must be a whole number of at least 1, got {starts!r}")
+    if corank is not None:
+        check_corank(facts.chain, corank)
+    tolerance = checked_parameter("tolerance", tolerance, above=0, below=1e-6)
+    settings = Settings(corank, _seed(rng), int(starts), tolerance, method)
+    return _searched(facts, settings, int(starts), (), progress)
+
+
+def extend(atlas: SingularityAtlas, starts: int, progress: Told | None = None) -> SingularityAtlas:
+    """An atlas after so many more starts for each corank; see `SingularityAtlas.extended`."""
+    if isinstance(starts, bool) or not isinstance(starts, (int, np.integer)) or starts < 1:
+        raise InputError(f"starts must be a whole number of at least 1, got {starts!r}")
+    known = [leaf for stratum in atlas.strata for leaf in stratum.leaves]
+    settings = replace(atlas.settings, starts=atlas.settings.starts + int(starts))
+    return _searched(atlas.robot, settings, int(starts), known, progress, atlas.evidence)
+
+
+def _seed(rng: np.random.Generator | int | None) -> int:
+    if isinstance(rng, np.random.Generator):
+        return int(rng.integers(2**31))
+    if rng is None:
+        return DEFAULT_SEED
+    if isinstance(rng, bool) or not isinstance(rng, (int, np.integer)) or rng < 0:
+        raise InputError(f"rng must be a seed of at least 0 or a numpy Generator, got {rng!r}")
+    return int(rng)
+
+
+def _searched(
+    facts: RobotFacts,
+    settings: Settings,
+    starts: int,
+    known: Sequence[Leaf],
+    progress: Told | None,
+    before: Sequence[Evidence] = (),
+) -> SingularityAtlas:
+    work = Work(facts, settings, list(known), {each.corank: each for each in before})
+    interrupted = False
+    try:
+        for done, total in _steps(work, starts):
+            if progress is not None:
+                progress(done, total)
+    except KeyboardInterrupt:
+        interrupted = True
+    strata = make_rows(facts, work.leaves, work.rng(0, 9))
+    evidence = tuple(work.evidence[k] for k in sorted(work.evidence))
+    return SingularityAtlas(facts, strata, evidence, settings, interrupted)
+
+
+def _steps(work: Work, starts: int) -> Iterator[tuple[int, int]]:
+    """The work, step by step: every corank is searched and read, then every one held out."""
+    wanted = [work.settings.corank] if work.settings.corank else range(1, work.facts.chain.m + 1)
+    last, total = 0, 2 * len(wanted)
+    for position, corank in enumerate(wanted):
+        yield position, total
+        if not read_corank(work, corank, starts):
+            break
+        last = position + 1
+    for position, corank in enumerate(wanted[:last]):
+        yield last + position, 2 * last
+        hold_out(work, corank, starts)
+    yield 2 * last, 2 * last

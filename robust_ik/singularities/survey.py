@@ -1,0 +1,122 @@
+"""Every leaf of one corank that points lead to: discovered, verified by deed, completed. Arrays only."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from robust_ik.checks import Array
+from robust_ik.singularities.coupling import coupled_leaves
+from robust_ik.singularities.discovery import discover
+from robust_ik.singularities.folded import folded_leaves
+from robust_ik.singularities.kinematics import ScrewChain
+from robust_ik.singularities.leaves import HOLDS, Leaf, cleaned, superfluous, verified
+from robust_ik.singularities.merging import joined, missing
+from robust_ik.singularities.walking import Mask, polished, readable
+
+AT_CROSSINGS = 2e-3
+"""Points that cannot be read lie at crossings, where ‖r‖ ≤ 1e-11 still allows such distances, rad or m."""
+SHAKE = 0.1
+ROUNDS = 3
+KEPT = 400
+"""Samples of a leaf that are kept."""
+
+
+@dataclass(frozen=True, eq=False)
+class Survey:
+    """What points of one corank led to.
+
+    Attributes:
+        leaves: All verified.
+        explained: Which points lie on one of them, or on a leaf of higher corank, (N,).
+        rejected: How many leaves failed the verification.
+    """
+
+    leaves: tuple[Leaf, ...]
+    explained: Mask
+    rejected: int
+
+
+def survey(
+    chain: ScrewChain,
+    corank: int,
+    values: Array,
+    rng: np.random.Generator,
+    *,
+    known: Sequence[Leaf] = (),
+    higher: Sequence[Leaf] = (),
+) -> Survey:
+    """The leaves of one corank.
+
+    Args:
+        chain: What moves the tip.
+        corank: k.
+        values: Points whose corank is at least k, (N, n).
+        rng: For walks, fills and shakes.
+        known: Leaves of this corank that were found before.
+        higher: Leaves of higher corank: points on them are accounted for.
+    """
+    leaves, rejected = list(known), 0
+    accounted = accounts(chain, corank, [*leaves, *higher], values)
+    for round_ in range(ROUNDS):
+        rest = values[~accounted]
+        if len(rest) == 0:
+            break
+        if round_ > 0:
+            # What cannot be read where it is may be read beside.
+            rest = polished(chain, rest + SHAKE * rng.standard_normal(rest.shape), corank)
+        candidates = joined([cleaned(chain, leaf, rng) for leaf in discover(chain, rest, corank, rng)])
+        good = _sound(chain, candidates, rng)
+        rejected += len(candidates) - len(good)
+        leaves = _completed(chain, joined([*leaves, *good]), rng)
+        accounted = accounts(chain, corank, [*leaves, *higher], values)
+    if not accounted.all():
+        folded = _sound(chain, folded_leaves(chain, values[~accounted], corank, rng), rng)
+        leaves = _completed(chain, joined([*leaves, *folded]), rng)
+        accounted = accounts(chain, corank, [*leaves, *higher], values)
+    return Survey(tuple(replace(leaf, samples=leaf.samples[:KEPT]) for leaf in leaves), accounted, rejected)
+
+
+def _sound(chain: ScrewChain, leaves: Sequence[Leaf], rng: np.random.Generator) -> list[Leaf]:
+    """Those that pass the trial: members singular wherever their free joints are, no condition superfluous."""
+    return [leaf for leaf in leaves if verified(chain, leaf, rng) and not superfluous(chain, leaf, rng)]
+
+
+def accounts(chain: ScrewChain, corank: int, leaves: Sequence[Leaf], values: Array) -> Mask:
+    """Which points (N, n), of corank k at least, lie on one of the leaves.
+
+    Points that cannot be read are matched with more tolerance; a curve, which has no equation, accounts for those
+    points where its pins hold and that have its dimension, if they can be read.
+    """
+    clear, dimensions = readable(chain, values, corank)
+    result: Mask = np.zeros(len(values), dtype=bool)
+    for leaf in leaves:
+        fits = leaf.holds(values, HOLDS) | (~clear & leaf.holds(values, AT_CROSSINGS))
+        if leaf.curve and leaf.corank == corank:
+            fits &= ~clear | ((dimensions == leaf.dimension) & (not leaf.folded))
+        result |= fits
+    return result
+
+
+def _completed(chain: ScrewChain, leaves: list[Leaf], rng: np.random.Generator) -> list[Leaf]:
+    """With leaves for combinations of pinned values that no point led to, where trial shows that they exist."""
+    added = []
+    for guess in missing(leaves):
+        if not guess.relations and not guess.curve:
+            options = [replace(guess, samples=guess.filled(chain, rng))]
+        else:
+            options = _guessed(chain, guess, rng)
+        added += _sound(chain, options, rng)
+    return joined([*leaves, *added])
+
+
+def _guessed(chain: ScrewChain, guess: Leaf, rng: np.random.Generator) -> list[Leaf]:
+    """The leaves with given pins and coupled joints, by projection of the samples of a similar one."""
+    coupled = {joint for relation in guess.relations for joint in relation.joints} | set(guess.curve)
+    open_ = replace(guess, relations=(), curve=tuple(sorted(coupled)))
+    values = polished(chain, open_.pinned(guess.samples[:60]), guess.corank)
+    clear, dimensions = readable(chain, values, guess.corank)
+    values = values[open_.holds(values) & clear & (dimensions == guess.dimension)]
+    return coupled_leaves(chain, replace(open_, samples=values), rng) if len(values) else []

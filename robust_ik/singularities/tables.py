@@ -1,0 +1,105 @@
+"""An atlas as a table: plain records, rich, Markdown, LaTeX, pandas."""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from rich.table import Table
+
+from robust_ik.errors import RobustIKError
+from robust_ik.singularities.strata import Stratum
+
+if TYPE_CHECKING:
+    from robust_ik.singularities.atlas import SingularityAtlas
+
+HEADINGS = ("corank", "conditions", "dim", "pieces", "within limits", "margin", "what is lost, as a wrench")
+TEX = {
+    "π": r"\pi ", "∈": r"\in", "±": r"\pm ", "−": "-", "½": r"\tfrac12 ", "·": r"\cdot ", "{": r"\{", "}": r"\}",
+    "_": r"\_", "%": r"\%", "&": r"\&", "#": r"\#", "σ": r"\sigma ",
+}  # fmt: skip
+
+
+def records(atlas: SingularityAtlas) -> list[dict[str, Any]]:
+    """One dictionary of plain values per stratum."""
+    return [
+        {
+            "corank": row.corank,
+            "conditions": row.words,
+            "dimension": row.dimension,
+            "components": row.components,
+            "components_exact": row.counted,
+            "within_limits": row.within_limits,
+            "margin": row.margin,
+            "residual": row.residual,
+            "floor": row.floor,
+            "fitted": row.fitted,
+            "samples": len(row.samples),
+            "lost": None if row.lost is None else str(row.lost),
+        }
+        for row in atlas
+    ]
+
+
+def cells(row: Stratum) -> tuple[str, ...]:
+    """One row as text, below HEADINGS."""
+    pieces = str(row.components) if row.counted else f"≈ {row.components}"
+    margin = "no limits" if np.isinf(row.margin) else f"{row.margin:+.3f}".replace("-", "−")
+    lost = "" if row.lost is None else row.lost.words
+    return str(row.corank), row.words, str(row.dimension), pieces, "yes" if row.within_limits else "no", margin, lost
+
+
+def rich_table(atlas: SingularityAtlas) -> Table:
+    """For a terminal."""
+    table = Table(title=f"Singularities of {atlas.robot.name}", caption=atlas.explanation, caption_justify="left")
+    for heading in HEADINGS:
+        words = heading in ("conditions", HEADINGS[-1])
+        table.add_column(heading, justify="left" if words else "right", ratio=1 if words else None)
+    for row in atlas:
+        table.add_row(*cells(row), end_section=row is atlas.of_corank(row.corank)[-1])
+    return table
+
+
+def markdown(atlas: SingularityAtlas) -> str:
+    """A Markdown table with the explanation below."""
+    lines = ["| " + " | ".join(HEADINGS) + " |", "|" + "---|" * len(HEADINGS)]
+    lines += ["| " + " | ".join(cell.replace("|", r"\|") for cell in cells(row)) + " |" for row in atlas]
+    table = "\n".join(lines) + "\n\n" if len(atlas) else ""
+    return f"{table}{atlas.explanation}\n"
+
+
+def latex(atlas: SingularityAtlas) -> str:
+    """A LaTeX table (booktabs)."""
+    lines = [r"\begin{tabular}{rlrrrrl}", r"\toprule", " & ".join(HEADINGS) + r" \\", r"\midrule"]
+    for row in atlas:
+        corank, words, *others = cells(row)
+        texts = [corank, _conditions(words), *(_tex(each) for each in others)]
+        lines.append(" & ".join(texts) + r" \\")
+    return "\n".join([*lines, r"\bottomrule", r"\end{tabular}", ""])
+
+
+def _conditions(words: str) -> str:
+    return ", ".join(_tex(part) for part in words.split(" and "))
+
+
+def _tex(text: str) -> str:
+    """Text with what LaTeX would read otherwise put in its words; formulas in mathematics."""
+    if text.startswith("≈ "):
+        return rf"$\approx {text[2:]}$"
+    escaped = "".join(TEX.get(letter, letter) for letter in text)
+    formula = "=" in text or "∈" in text or "−" in text
+    return f"${escaped}$" if formula and "no short" not in text else escaped
+
+
+def to_pandas(atlas: SingularityAtlas) -> Any:
+    """A data frame with the records.
+
+    Raises:
+        RobustIKError: Pandas is not installed.
+    """
+    try:
+        pandas = importlib.import_module("pandas")
+    except ImportError:
+        raise RobustIKError("to_pandas needs pandas: pip install pandas") from None
+    return pandas.DataFrame.from_records(records(atlas))
