@@ -1,13 +1,19 @@
 """Random control steps on real robots, every promise about limits checked after each: `make soak`."""
 
 import argparse
+import functools
 import itertools
+import os
 import time
+from collections import Counter
+from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
 from rich.progress import Progress
 
 import robust_ik as rik
+from robust_ik.description import Box, Sphere
+from robust_ik.limits import HalfSpace, Obstacle
 from tests.cases_resolvers import RESOLVERS, STRICT
 
 ROBOTS = {
@@ -24,11 +30,17 @@ TOLERANCE = 1e-9
 CHECKED = 0.2
 """The share of steps that are taken once more with the first level alone."""
 
+COLLIDING = 0.2
+"""The share of runs that keep links from each other and from obstacles."""
+
 RUN = 25
 """Steps of one run, from one start."""
 
+CHUNK = 5_000
+"""Steps that one process takes at a time, from a seed of their own: results do not depend on how many there are."""
 
-def soak(robots, steps, seed, told=lambda done: None):
+
+def soak(robots, steps, seed):
     """Runs of random resolvers, stacks, limits and starts; raises at the first broken promise.
 
     Returns:
@@ -36,20 +48,20 @@ def soak(robots, steps, seed, told=lambda done: None):
     """
     rng = np.random.default_rng(seed)
     counts = dict.fromkeys(rik.Status, 0)
-    for done, robot in zip(range(0, steps, RUN), itertools.cycle(robots)):
+    for _, robot in zip(range(0, steps, RUN), itertools.cycle(robots)):
         for status in one_run(robot, rng):
             counts[status] += 1
-        told(min(done + RUN, steps))
     return counts
 
 
 def one_run(robot, rng):
     """Statuses of a run; what broke a promise is in the message."""
-    limits = random_limits(robot, rng)
+    limits, near = random_limits(robot, rng), random_collisions(robot, rng)
+    strongest_first = [limits] if near is None else [limits, near] if rng.random() < 0.5 else [near, limits]
     resolver = RESOLVERS[rng.integers(len(RESOLVERS))]
     dt = float(rng.choice([1e-3, 1e-2, 0.1]))
     q, stack = random_start(robot, limits, rng), random_stack(robot, rng)
-    controller = rik.VelocityController(robot, resolver, limits)
+    controller = rik.VelocityController(robot, resolver, strongest_first)
     if rng.random() < 0.3:  # in motion, perhaps too fast to stop
         controller.reset(rng.normal(size=robot.n) * rng.choice([0.1, 1.0, 5.0]))
     for _ in range(RUN):
@@ -67,11 +79,13 @@ def one_run(robot, rng):
         too_much = np.abs(step.qdot - before) > limits.acceleration * dt + TOLERANCE
         for name in np.array(robot.joint_names)[too_much]:
             assert f"{name} acceleration" in step.contradictions, f"acceleration of {name}: {where}"
+        for name in too_near(robot, near, q, before, dt, step.qdot):
+            assert name in step.contradictions, f"distance of {name}: {where}"
         assert (step.status is rik.Status.INFEASIBLE) == bool(step.contradictions), f"status: {where}"
         assert ((step.scale >= 0) & (step.scale <= 1)).all(), f"shares: {where}"
         assert step.text.startswith(step.status.name.lower()), f"text: {where}"
         if resolver in STRICT and len(stack) > 1 and rng.random() < CHECKED:
-            first = rik.VelocityController(robot, resolver, limits)
+            first = rik.VelocityController(robot, resolver, strongest_first)
             first.reset(before)
             alone = first.step(q, stack[:1], dt)
             assert np.abs(step.residual - alone.residual).max() <= TOLERANCE, f"first level: {where}"
@@ -98,6 +112,36 @@ def random_limits(robot, rng):
         acceleration=rng.choice([np.inf, 0.5, 5.0, 50.0]),
         recovery_speed=float(rng.choice([0.05, 0.5])),
     )
+
+
+def random_collisions(robot, rng):
+    """Mostly none; else the robot's own links and things that stand where it moves, sometimes in the middle of it."""
+    if rng.random() >= COLLIDING:
+        return None
+    distance, gain = float(rng.choice([0.0, 0.02])), float(rng.choice([10.0, 1e4]))
+    return collisions_of(robot, int(rng.integers(4)), distance, gain)
+
+
+@functools.lru_cache(maxsize=256)
+def collisions_of(robot, place, distance, gain):
+    rng, ball = np.random.default_rng(place), np.eye(4)
+    ball[:3, 3] = rng.uniform(-0.6, 0.6, 3)
+    box = np.eye(4)
+    box[:3, 3] = rng.uniform(-0.6, 0.6, 3)
+    standing = [
+        Obstacle("floor", HalfSpace((0.0, 0.1, 1.0), -0.3)),
+        Obstacle("ball", Sphere(0.12), ball),
+        Obstacle("box", Box((0.2, 0.3, 0.1)), box),
+    ]
+    return rik.CollisionLimit.of(robot, obstacles=standing, distance=distance, gain=gain)
+
+
+def too_near(robot, near, q, before, dt, qdot):
+    """What approaches faster than it may."""
+    if near is None:
+        return []
+    bounds = near.bounds(robot, q, before, dt)
+    return [name for name, missing in zip(bounds.row_cause, bounds.floor - bounds.rows @ qdot) if missing > TOLERANCE]
 
 
 def random_start(robot, limits, rng):
@@ -138,21 +182,31 @@ def random_stack(robot, rng):
     return [[tasks[i] for i in rng.choice(len(tasks), int(rng.integers(1, 3)), replace=False)] for _ in range(levels)]
 
 
+@functools.cache
 def load_robots():
     return [rik.load(name, **how) for name, how in ROBOTS.items()]
+
+
+def chunk(steps, seed):
+    return soak(load_robots(), steps, seed)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--steps", type=int, default=1_000_000)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="processes")
     arguments = parser.parse_args()
-    robots, started = load_robots(), time.perf_counter()
-    with Progress() as bar:
+    sizes = [min(CHUNK, arguments.steps - done) for done in range(0, arguments.steps, CHUNK)]
+    seeds = np.random.SeedSequence(arguments.seed).spawn(len(sizes))
+    counts, started = Counter(dict.fromkeys(rik.Status, 0)), time.perf_counter()
+    with Progress() as bar, ProcessPoolExecutor(arguments.jobs) as pool:
         task = bar.add_task("steps", total=arguments.steps)
-        counts = soak(robots, arguments.steps, arguments.seed, lambda done: bar.update(task, completed=done))
+        for size, found in zip(sizes, pool.map(chunk, sizes, seeds)):
+            counts.update(found)
+            bar.update(task, advance=size)
     seconds = time.perf_counter() - started
-    print(f"{sum(counts.values()):,} steps on {len(robots)} robots in {seconds:.0f} s, no promise broken")
+    print(f"{sum(counts.values()):,} steps on {len(ROBOTS)} robots in {seconds:.0f} s, no promise broken")
     for status, count in counts.items():
         print(f"  {status.name.lower():<11}{count:>10,}")
 

@@ -1,5 +1,7 @@
 """The soak in short, and that each of its checks can fail."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -64,4 +66,18 @@ def test_the_soak_finds_joints_that_do_not_come_back(monkeypatch):
     ceiling = rik.JointLimits._ceiling
     monkeypatch.setattr(rik.JointLimits, "_ceiling", lambda *given: np.maximum(ceiling(*given), 0.0))
     with pytest.raises(AssertionError, match="^return"):
+        soak.soak([rik.load("panda")], 3_000, seed=1)
+
+
+def test_the_soak_finds_links_that_come_too_near(monkeypatch):
+    monkeypatch.setattr(soak, "COLLIDING", 1.0)
+    within = rik.bounds.Bounds.within
+
+    def deaf(self, stronger):
+        """Without the rows."""
+        both = within(self, stronger)
+        return dataclasses.replace(both, rows=both.rows[:0], floor=both.floor[:0], row_cause=())
+
+    monkeypatch.setattr(rik.bounds.Bounds, "within", deaf)
+    with pytest.raises(AssertionError, match="^distance"):
         soak.soak([rik.load("panda")], 3_000, seed=1)
