@@ -211,7 +211,7 @@ def test_the_checker_needs_no_computer_algebra_and_none_of_the_provers_modules()
         "null",
         "[" * 100_000,
         "__import__('os').system('true')",
-        '{"format": "robust_ik certificate", "version": 2}',
+        '{"format": "robust_ik certificate", "version": 3}',
         '{"format": "robust_ik certificate", "version": 1, "corank": 1, "link": 0, "arm": 3, "nodes": []}',
         '{"format": "robust_ik certificate", "version": 1, "corank": true, "link": 0, "arm": null, "nodes": []}',
         '{"format": "robust_ik certificate", "version": 1, "corank": 1, "link": 0, "arm": null, "nodes": [], "x": 1}',

@@ -1,6 +1,7 @@
 """The parts of a proof: forms, conditions, factors, cases. Plain values.
 
-Angles are points (x : y) = (cos q/2 : sin q/2), so that q = π is a point like any other. A node is a set of
+Angles are points (x : y) = (cos q/2 : sin q/2), so that q = π is a point like any other. A sliding joint at length d is
+at (1 : d); there x is 1, and a point with x = 0 is no configuration. A node is a set of
 conditions: pins (joints that stand still), generators (forms that vanish) and the number field of the pins. It says
 that its real singular configurations lie in its children, or that it is a leaf: singular throughout.
 """
@@ -21,7 +22,8 @@ class Form:
 
     Attributes:
         joints: Indices of the joints it involves, rising.
-        degrees: Its formal degree in each; what the powers lack of it is the multiplicity of q = π.
+        degrees: Its formal degree in each; what the powers lack of it is the multiplicity of q = π. For a sliding
+            joint, whose x is 1, it says nothing.
         terms: Powers of the joints' y, and the coefficient.
     """
 
@@ -36,8 +38,8 @@ class Pin:
 
     Attributes:
         joint: Its index.
-        x: cos q/2 up to a common factor.
-        y: sin q/2 up to a common factor.
+        x: cos q/2 up to a common factor; 1 for a sliding joint.
+        y: sin q/2 up to a common factor; the length in metres for a sliding joint.
     """
 
     joint: int
@@ -136,7 +138,7 @@ class Node:
         source: What was factored, for a split or a contradiction.
         norm: Whether the norm over ℚ of the source was factored.
         constant: The constant in front of the factors.
-        degrees: Formal degrees of the source in the joints that are not pinned.
+        degrees: Formal degrees of the source in the turning joints that are not pinned.
         factors: The factors, each with its child.
         relations: Leaf: generators that describe it (the pins put in), each with the joint it is solved for, which
             those after it do not involve.

@@ -33,7 +33,7 @@ def certify(robot: Robot, corank: int, *, snap: float = 1e-4, time_limit: float 
     the time is up.
 
     Args:
-        robot: A chain of revolute and continuous joints; its `rows` are the task.
+        robot: A chain of revolute, continuous and prismatic joints; its `rows` are the task.
         corank: Which loss, 1 or more: rank ≤ min(rows, joints) − corank.
         snap: Angles this near to a quarter turn are taken to it, rad.
         time_limit: Seconds after which what is left stays open.
@@ -86,7 +86,8 @@ def plain_arm(arm: ExactArm) -> Arm:
     links = tuple(
         tuple(tuple(str(a) for a in row) for row in (*rotation, offset)) for rotation, offset in arm.placements
     )
-    return Arm(arm.name, arm.joints, arm.rows, links, tuple(str(change) for change in arm.changes))
+    changes = tuple(str(change) for change in arm.changes)
+    return Arm(arm.name, arm.joints, arm.rows, links, changes, tuple(sorted(arm.sliding)))
 
 
 def exact_from_plain(arm: Arm) -> ExactArm:
@@ -95,7 +96,7 @@ def exact_from_plain(arm: Arm) -> ExactArm:
         (tuple(tuple(Fraction(a) for a in row) for row in link[:3]), tuple(Fraction(a) for a in link[3]))
         for link in arm.links
     )
-    return ExactArm(arm.name, arm.joints, placements, arm.rows)
+    return ExactArm(arm.name, arm.joints, placements, arm.rows, sliding=frozenset(arm.sliding))
 
 
 def _rank(proof: Proof) -> int:

@@ -92,7 +92,7 @@ def _check_frame(proof: Proof, arm: Arm | None) -> None:
     """What all cases share: the arm, the corank, the root."""
     require(proof.arm is not None and proof.nodes, f"there is no case split ({proof.reason or 'no cases'})")
     assert proof.arm is not None
-    require(arm is None or (arm.rows, arm.links) == (proof.arm.rows, proof.arm.links), "it is about another arm")
+    require(arm is None or _geometry(arm) == _geometry(proof.arm), "it is about another arm")
     require(is_rigid(proof.arm), "a link of the arm is no rigid motion")
     require(
         proof.corank <= min(len(proof.arm.rows), len(proof.arm.joints)), "the corank is larger than the rank can be"
@@ -103,16 +103,21 @@ def _check_frame(proof: Proof, arm: Arm | None) -> None:
     require(proof.nodes[0].state == State(), "the first case has conditions")
     for index, node in enumerate(proof.nodes):
         require(node.kind != "open", f"case {index} is open ({node.reason or 'no reason given'})")
-        _check_state(node.state, n, f"case {index}")
+        _check_state(node.state, proof.arm, f"case {index}")
 
 
-def _check_state(state: State, n: int, where: str) -> None:
+def _geometry(arm: Arm) -> tuple[object, ...]:
+    return arm.rows, arm.links, arm.sliding
+
+
+def _check_state(state: State, arm: Arm, where: str) -> None:
     """Whether conditions are about the arm's joints, in a field."""
-    joints = [pin.joint for pin in state.pins]
+    joints, n = [pin.joint for pin in state.pins], len(arm.joints)
     require(joints == sorted(set(joints)) and all(joint < n for joint in joints), f"{where}: pins of no joint")
     for pin in state.pins:
-        one = (pin.x, pin.y) == (("0",), ("1",)) or pin.x == ("1",)
-        require(one, f"{where}: a pin that is not (1 : t) or (0 : 1)")
+        infinite = (pin.x, pin.y) == (("0",), ("1",))
+        require(not infinite or pin.joint not in arm.sliding, f"{where}: a sliding joint is at infinity")
+        require(infinite or pin.x == ("1",), f"{where}: a pin that is not (1 : t) or (0 : 1)")
     require(len(state.field) > 1 and Fraction(state.field[-1]), f"{where}: a field without a polynomial")
     for form in state.generators:
         require(all(joint < n for joint in form.joints), f"{where}: a form of no joint")

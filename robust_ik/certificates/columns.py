@@ -1,7 +1,8 @@
-"""The Jacobian in a link's frame, as polynomials in the cosines and sines of the joints.
+"""The Jacobian in a link's frame, as polynomials in the cosines and sines of the joints, and the lengths of slides.
 
-Column i is (p × w, w) for the axis w through p, both in the frame of link k. There the columns k and k + 1 are
-constant and every other one depends only on the joints between; the rank is that in any other frame.
+Column i is (p × w, w) for the axis w through p, both in the frame of link k, and (w, 0) for a slide along w. There the
+columns k and k + 1 are constant and every other one depends only on the joints between; the rank is that in any other
+frame.
 """
 
 from __future__ import annotations
@@ -20,20 +21,24 @@ from robust_ik.certificates.rational import apply as rotate
 from robust_ik.rows import ROWS
 
 Pins = Mapping[int, tuple[Any, Any]]
-"""Joint index → (x, y), elements of a field: (cos q/2 : sin q/2) of a joint that stands still."""
+"""Joint index → (x, y), elements of a field: (cos q/2 : sin q/2), or (1, d), of a joint that stands still."""
 
 
 @dataclass(frozen=True)
 class Trig:
     """ℚ(θ)[cᵢ, sᵢ] with sᵢ² = 1 − cᵢ²: variables s₁ … sₙ, c₁ … cₙ, z for θ.
 
+    For a sliding joint sᵢ is its length dᵢ, which satisfies no equation, and cᵢ does not occur.
+
     Attributes:
         n: Number of joints.
         field: ℚ(θ).
+        sliding: The prismatic joints.
     """
 
     n: int
     field: Field
+    sliding: frozenset[int] = frozenset()
 
     @cached_property
     def context(self) -> Any:
@@ -66,11 +71,15 @@ class Trig:
         """The normal form: no sᵢ², θ below the degree of its modulus."""
         degrees = value.degrees()
         for i, relation in enumerate(self._relations):
-            if degrees[i] > 1:
+            if degrees[i] > 1 and i not in self.sliding:
                 value = divmod(value, relation)[1]
         if value.degrees()[-1] >= self.field.degree:
             value = divmod(value, self._modulus)[1]
         return value
+
+    def length(self, joint: int, pins: Pins) -> Any:
+        """How far a joint slides: a variable, or a constant where it is pinned."""
+        return self.element(pins[joint][1]) if joint in pins else self.context.gens()[joint]
 
     def angle(self, joint: int, pins: Pins) -> tuple[Any, Any]:
         """Cosine and sine of a joint: variables, or constants where it is pinned."""
@@ -93,10 +102,12 @@ def jacobian(arm: ExactArm, link: int, trig: Trig, pins: Pins) -> list[list[Any]
         pins: Joints that stand still.
     """
     axes, points, tool = _axes(arm, link, trig, pins)
+    origin = (trig.context.constant(0),) * 3
+    reference = origin if set(arm.rows) == set(ROWS) else tool
     columns = []
-    for axis, point in zip(axes, points):
-        lever = minus(tool, point) if set(arm.rows) != set(ROWS) else minus((trig.context.constant(0),) * 3, point)
-        both = [trig.reduce(value) for value in (*cross(axis, lever), *axis)]
+    for i, (axis, point) in enumerate(zip(axes, points)):
+        twist = (*axis, *origin) if i in arm.sliding else (*cross(axis, minus(reference, point)), *axis)
+        both = [trig.reduce(value) for value in twist]
         columns.append([both[ROWS.index(name)] for name in arm.rows])
     return [list(row) for row in zip(*columns)]
 
@@ -124,16 +135,27 @@ def _axes(arm: ExactArm, link: int, trig: Trig, pins: Pins) -> tuple[list[Vector
         rotation = times(rotation, placements[i][0])
         if i < arm.n:
             axes[i], points[i] = tuple(row[2] for row in rotation), point
-            rotation = times(rotation, turn(2, *trig.angle(i, pins)))
-            rotation = tuple(_reduced(trig, row) for row in rotation)
+            motion, slide = _motion(arm, i, trig, pins)
+            point = plus(point, rotate(rotation, slide))
+            rotation = tuple(_reduced(trig, row) for row in times(rotation, motion))
     tool = point
     rotation, point = start, (zero, zero, zero)
     for i in range(link - 1, -1, -1):
         axes[i], points[i] = tuple(row[2] for row in rotation), point
-        back = transpose(times(placements[i][0], turn(2, *trig.angle(i, pins))))
+        motion, slide = _motion(arm, i, trig, pins)
+        point = minus(point, rotate(rotation, slide))
+        back = transpose(times(placements[i][0], motion))
         rotation = tuple(_reduced(trig, row) for row in times(rotation, back))
         point = _reduced(trig, minus(point, rotate(rotation, placements[i][1])))
     return [axes[i] for i in range(arm.n)], [points[i] for i in range(arm.n)], tool
+
+
+def _motion(arm: ExactArm, joint: int, trig: Trig, pins: Pins) -> tuple[Matrix, Vector]:
+    """What a joint does to its frame: a turn about z and a translation along z, one of them none."""
+    zero, one = trig.context.constant(0), trig.context.constant(1)
+    if joint in arm.sliding:
+        return turn(2, one, zero), (zero, zero, trig.length(joint, pins))
+    return turn(2, *trig.angle(joint, pins)), (zero, zero, zero)
 
 
 def _reduced(trig: Trig, values: Vector) -> Vector:

@@ -67,7 +67,7 @@ class Case:
     @cached_property
     def half(self) -> HalfAngles:
         """The forms over the state's field."""
-        return HalfAngles(self.arm.n, Field(self.state.field), self.most)
+        return HalfAngles(self.arm.n, Field(self.state.field), self.most, self.arm.sliding)
 
     def decide(self) -> Decision:
         """A leaf, a contradiction, or what to branch on."""
@@ -121,7 +121,7 @@ class Case:
 
     # ------------------------------------------------------------------------------------------ minors
     def _branch(self) -> Decision:
-        trig = Trig(self.arm.n, self.half.field)
+        trig = Trig(self.arm.n, self.half.field, self.arm.sliding)
         pins = {pin.joint: (poly(pin.x), poly(pin.y)) for pin in self.state.pins}
         matrix = reduced(trig, jacobian(self.arm, self.link, trig, pins))
         size = min(len(self.arm.rows), self.arm.n) - self.corank + 1
@@ -169,7 +169,8 @@ class Case:
         return self._split(Source("minor", best[1].rows, best[1].columns), best[0], best[2])
 
     def _split(self, source: Source, factored: Factored, value: Homogeneous) -> Decision:
-        return Decision("split", source, factored, tuple((i, int(value.degrees[i])) for i in value.joints))
+        turning = [i for i in value.joints if i not in self.arm.sliding]
+        return Decision("split", source, factored, tuple((i, int(value.degrees[i])) for i in turning))
 
     def _relations(self, best: tuple[Factored, Minor, Homogeneous]) -> Decision:
         """Branches on a resultant of the relations, else on a minor that brings a further relation."""
@@ -205,4 +206,4 @@ class Case:
         a, b = f.degrees[joint], g.degrees[joint]
         degrees = [b * m + a * n for m, n in zip(f.degrees, g.degrees)]
         degrees[joint] = 0
-        return Homogeneous(value, tuple(degrees))
+        return self.half.homogeneous(value, degrees)

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from lxml import etree
 
-from robust_ik.certificates.rational import IDENTITY, ORIGIN, Matrix, Vector, apply, plus, times, transpose, turn
+from robust_ik.certificates.rational import IDENTITY, ORIGIN, ZERO, Matrix, Vector, apply, plus, times, transpose, turn
+from robust_ik.description import MOVING_TYPES
 from robust_ik.rows import ROWS
 
 if TYPE_CHECKING:
@@ -61,7 +62,7 @@ class Change:
 
 @dataclass(frozen=True)
 class ExactArm:
-    """A serial arm in rational numbers: the tip is at P₁ Z(q₁) P₂ Z(q₂) ⋯ Z(qₙ) Pₙ₊₁, Z a turn about z.
+    """A serial arm in rational numbers: the tip is at P₁ Z(q₁) P₂ Z(q₂) ⋯ Z(qₙ) Pₙ₊₁, Z a turn about z or a slide.
 
     Attributes:
         name: The robot's name.
@@ -69,6 +70,7 @@ class ExactArm:
         placements: The n + 1 constant transforms (rotation, translation), fractions.
         rows: Task rows, of x y z wx wy wz.
         changes: What was changed on the way here.
+        sliding: Indices of the prismatic joints.
     """
 
     name: str
@@ -76,6 +78,7 @@ class ExactArm:
     placements: tuple[tuple[Matrix, Vector], ...]
     rows: tuple[str, ...]
     changes: tuple[Change, ...] = ()
+    sliding: frozenset[int] = frozenset()
 
     @property
     def n(self) -> int:
@@ -83,30 +86,33 @@ class ExactArm:
         return len(self.joints)
 
     def shifted(self, tangents: tuple[Fraction, ...]) -> ExactArm:
-        """The same arm with joint zeros moved: qᵢ + 2 atan(tangents[i]) takes the place of qᵢ."""
+        """The same arm with joint zeros moved: by 2 atan(tangents[i]) rad, a sliding joint's by tangents[i] m."""
         placements = list(self.placements)
         for i, u in enumerate(tangents):
             rotation, offset = placements[i]
-            placements[i] = (times(rotation, turn(2, *half_angle(u))), offset)
-        return ExactArm(self.name, self.joints, tuple(placements), self.rows, self.changes)
+            if i in self.sliding:
+                placements[i] = (rotation, plus(offset, apply(rotation, (ZERO, ZERO, u))))
+            else:
+                placements[i] = (times(rotation, turn(2, *half_angle(u))), offset)
+        return replace(self, placements=tuple(placements))
 
 
 def exact_arm(robot: Robot, snap: float = 1e-4) -> ExactArm:
     """The exact arm of a robot's chain to its tip.
 
     Args:
-        robot: A chain of revolute and continuous joints.
+        robot: A chain of revolute, continuous and prismatic joints.
         snap: Angles this near to a quarter turn are taken to it, rad; 0 for none.
 
     Raises:
-        UnsupportedError: There is no tip, or a joint of the chain is prismatic or follows another.
+        UnsupportedError: There is no tip, or a joint of the chain follows another or has several motions.
     """
     if robot.tip is None:
         raise UnsupportedError("the robot was loaded whole, without a tip")
     chain = robot.description.chain(robot.tip)
     moving = [joint for joint in chain if joint.name in robot.joint_names]
     for joint in chain:
-        if joint.kind not in ("revolute", "continuous", "fixed"):
+        if joint.kind not in (*MOVING_TYPES, "fixed"):
             raise UnsupportedError(f"joint {joint.name!r} is {joint.kind}: not supported")
         if joint.mimic is not None:
             raise UnsupportedError(f"joint {joint.name!r} follows {joint.mimic.source!r}: not supported")
@@ -118,7 +124,9 @@ def exact_arm(robot: Robot, snap: float = 1e-4) -> ExactArm:
     }
     names = [joint.name for joint in moving]
     steps = [(joint.name, _Reading(elements[joint.name], snap, changes)) for joint in chain]
-    return ExactArm(robot.name, tuple(names), tuple(_placements(steps, set(names))), robot.rows, tuple(changes))
+    placements = tuple(_placements(steps, set(names)))
+    sliding = frozenset(i for i, joint in enumerate(moving) if joint.kind == "prismatic")
+    return ExactArm(robot.name, tuple(names), placements, robot.rows, tuple(changes), sliding)
 
 
 def _placements(steps: list[tuple[str, _Reading]], moving: set[str]) -> Iterator[tuple[Matrix, Vector]]:

@@ -50,7 +50,7 @@ def _over_rationals(half: HalfAngles, value: Homogeneous) -> tuple[Any, list[tup
     actual = value.value.degrees()
     factors = []
     for i, degree in enumerate(value.degrees):
-        if degree > actual[i]:
+        if degree > actual[i] and i not in half.sliding:
             x = tuple(int(i == j) for j in range(half.n))
             factors.append((Homogeneous(half.context.constant(1), x), degree - actual[i]))
     factors += [(Homogeneous(factor, factor.degrees()[:-1]), power) for factor, power in found]

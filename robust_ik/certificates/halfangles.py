@@ -1,12 +1,14 @@
-"""Trigonometric polynomials → forms in (x : y) = (cos q/2 : sin q/2).
+"""Trigonometric polynomials → forms in (x : y) = (cos q/2 : sin q/2), for a sliding joint (1 : d).
 
 ℚ[c, s]/(c² + s² − 1) has no unique factors (s² = (1 − c)(1 + c)), polynomials in t = tan q/2 have. With the formal
 degree 2d, d the trigonometric degree in normal form, no factor 1 + t² appears and none is lost at q = π: what the
-degree in t lacks of the formal degree is the multiplicity of x.
+degree in t lacks of the formal degree is the multiplicity of x. A length d has no infinity: t is d itself, and its
+formal degree is the actual one.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -43,11 +45,13 @@ class HalfAngles:
         n: Number of joints.
         field: ℚ(θ).
         most: Most terms of a polynomial that is worked on.
+        sliding: The prismatic joints.
     """
 
     n: int
     field: Field
     most: int
+    sliding: frozenset[int] = frozenset()
 
     @cached_property
     def context(self) -> Any:
@@ -64,6 +68,11 @@ class HalfAngles:
         """Takes θ below the degree of its modulus."""
         return divmod(value, self.modulus)[1] if value.degrees()[-1] >= self.field.degree else value
 
+    def homogeneous(self, value: Any, degrees: Sequence[int]) -> Homogeneous:
+        """A polynomial with its formal degrees; those of lengths are the actual ones, whatever is given."""
+        actual = value.degrees() if value else (0,) * (self.n + 1)
+        return Homogeneous(value, tuple(int(actual[i] if i in self.sliding else d) for i, d in enumerate(degrees)))
+
     # ------------------------------------------------------------------------------------------ to and from forms
     def of(self, value: Any) -> Homogeneous:
         """A trigonometric polynomial in normal form as a form: value · Π (x² + y²)^d."""
@@ -76,9 +85,12 @@ class HalfAngles:
             for powers, coefficient in terms.items()
         }
         *t, z = self.context.gens()
-        images = [*(2 * x for x in t), *(1 - x * x for x in t), *(1 + x * x for x in t), z]
-        result = homogeneous.from_dict(spread).compose(*images, ctx=self.context)
-        return Homogeneous(self.reduce(result), tuple(2 * degree for degree in degrees))
+        one, slides = self.context.constant(1), [i in self.sliding for i in range(n)]
+        images = [x if slide else 2 * x for x, slide in zip(t, slides)]
+        images += [one if slide else 1 - x * x for x, slide in zip(t, slides)]
+        images += [one if slide else 1 + x * x for x, slide in zip(t, slides)]
+        result = homogeneous.from_dict(spread).compose(*images, z, ctx=self.context)
+        return self.homogeneous(self.reduce(result), [2 * degree for degree in degrees])
 
     def form(self, value: Homogeneous) -> Form:
         """As plain values, scaled to integers without common factor if it is rational."""
@@ -103,7 +115,7 @@ class HalfAngles:
             for i, coefficient in enumerate(poly(values).coeffs()):
                 if coefficient:
                     terms[(*key[:-1], i)] = coefficient
-        return Homogeneous(self.context.from_dict(terms), tuple(degrees))
+        return self.homogeneous(self.context.from_dict(terms), degrees)
 
     def restrict(self, value: Homogeneous, state: State) -> Homogeneous:
         """A form with the pins of a state put in."""
@@ -121,4 +133,4 @@ class HalfAngles:
                 images[pin.joint] = sum((z**i * a for i, a in enumerate(poly(pin.y).coeffs())), start=z * 0)
                 result = self.reduce(result.compose(*images, ctx=self.context))
             degrees[pin.joint] = 0
-        return Homogeneous(result, tuple(degrees))
+        return self.homogeneous(result, degrees)

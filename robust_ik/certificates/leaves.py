@@ -12,8 +12,8 @@ from robust_ik.certificates.expected import RefusedError, image, require
 from robust_ik.certificates.modpoly import UnluckyError, random_prime, random_root, rank
 from robust_ik.certificates.modular import Ring
 from robust_ik.certificates.points import Place
-from robust_ik.certificates.proof import Proof
-from robust_ik.certificates.replay import Point, Replay, collect, evaluate
+from robust_ik.certificates.proof import Arm, Proof
+from robust_ik.certificates.replay import Point, Replay, collect, evaluate, random_point
 
 TRIES = 200
 """How often a point on a leaf is looked for: relations have a root modulo about two primes of three."""
@@ -62,7 +62,7 @@ def _point(proof: Proof, node: Node, rng: random.Random, prime: int) -> Point | 
     ring = Ring(prime, (str(-theta), "1"))  # θ is a number now
     pinned = node.state.pinned
     require(all(joint < len(proof.arm.joints) for joint in pinned), "pins of no joint")
-    point: Point = {j: (rng.randrange(prime), rng.randrange(prime)) for j in range(len(proof.arm.joints))}
+    point: Point = {j: random_point(j, proof.arm, rng, prime) for j in range(len(proof.arm.joints))}
     for pin in node.state.pins:
         point[pin.joint] = (ring.number(pin.x), ring.number(pin.y))
     for index, joint in reversed(node.relations):
@@ -93,13 +93,14 @@ def check_inside(proof: Proof, node: Node, leaf: Node, rng: random.Random, prime
     for index, _ in leaf.relations:
         form = leaf.state.generators[index]
         terms = tuple((powers, image(value, node.image, node.state.field)) for powers, value in form.terms)
-        _check_follows(node, replace(form, terms=terms), place)
+        _check_follows(proof.arm, node, replace(form, terms=terms), place)
 
 
-def _check_follows(node: Node, form: Form, place: Place) -> None:
+def _check_follows(arm: Arm | None, node: Node, form: Form, place: Place) -> None:
+    assert arm is not None
     if place.value(form) % place.ring.prime == 0:
         return
-    other = Place(place.ring, {j: _other(place, j, node) for j in place.point}, place.rng)
+    other = Place(place.ring, {j: _direction(arm, place, j) for j in place.point}, place.rng)
     line = _on_line(form, place, other, node)
     for generator in node.state.generators:
         divisor = _on_line(generator, place, other, node)
@@ -119,16 +120,14 @@ def _divides(divisor: list[Any], value: list[Any], ring: Ring) -> bool:
     return all(a == 0 for a in rest)
 
 
-def _other(place: Place, joint: int, node: Node) -> tuple[Any, Any]:
-    """A second point of the line; the pins stay."""
-    if joint in node.state.pinned:
-        x, y = place.point[joint]
-        return x, y
-    return place.rng.randrange(place.ring.prime), place.rng.randrange(place.ring.prime)
+def _direction(arm: Arm, place: Place, joint: int) -> tuple[int, int]:
+    """Of a random line; along it a sliding joint stays at (1 : d)."""
+    p, rng = place.ring.prime, place.rng
+    return 0 if joint in arm.sliding else rng.randrange(p), rng.randrange(p)
 
 
 def _on_line(form: Form, place: Place, other: Place, node: Node) -> list[Any]:
-    """A form along a line through two points, by interpolation: coefficients, lowest first, none if it is zero."""
+    """A form along a line, the pins at rest, by interpolation: coefficients, lowest first, none if it is zero."""
     p, free = place.ring.prime, [j for j in form.joints if j not in node.state.pinned]
     degree = sum(d for j, d in zip(form.joints, form.degrees, strict=True) if j in free)
     values = []

@@ -11,7 +11,7 @@ from robust_ik.certificates.expected import require, univariate
 from robust_ik.certificates.modpoly import UnluckyError, determinant, gcd, inverse, product, trimmed
 from robust_ik.certificates.modular import Element, Ring
 from robust_ik.certificates.proof import Proof
-from robust_ik.certificates.replay import Point, Replay, collect, evaluate
+from robust_ik.certificates.replay import Point, Replay, collect, evaluate, random_point
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +41,7 @@ class Place:
                 pin = pinned[joint]
                 point[joint] = (ring.number(pin.x), ring.number(pin.y))
             else:
-                point[joint] = (rng.randrange(prime), rng.randrange(prime))
+                point[joint] = random_point(joint, proof.arm, rng, prime)
         return cls(ring, point, rng)
 
     def value(self, form: Form) -> Any:
@@ -91,8 +91,8 @@ def source_value(place: Place, proof: Proof, node: Node) -> Any:
     require(0 <= source.second < len(state.generators), "there is no such generator")
     require(source.joint not in state.pinned and source.joint in place.point, "a pinned joint cannot be eliminated")
     pair = (state.generators[source.first], state.generators[source.second])
-    require(all(source.joint in form.joints for form in pair), "a relation does not involve the joint to be eliminated")
     first, second = (collect(form, source.joint, place.point, place.ring) for form in pair)
+    require(min(len(first), len(second)) > 1, "a relation does not involve the joint to be eliminated")
     return _resultant(first, second, place.ring.prime)
 
 
@@ -112,7 +112,8 @@ def _minor(place: Place, proof: Proof, node: Node, source: Source) -> Any:
     ]
     value = determinant(chosen, p)
     for joint, degree in node.degrees:
-        require(joint in place.point and joint not in node.state.pinned and degree % 2 == 0, "degrees of no joint")
+        free = joint in place.point and joint not in node.state.pinned
+        require(free and joint not in arm.sliding and degree % 2 == 0, "degrees of no joint that turns")
         x, y = place.point[joint]
         value = value * pow(x * x + y * y, degree // 2, p) % p
     return value

@@ -18,6 +18,7 @@ class Arm:
         rows: Task rows.
         links: The n + 1 constant transforms: three rows of the rotation, then the translation, fractions as text.
         changes: How it differs from the robot it was made from, a sentence each.
+        sliding: Indices of the prismatic joints, rising; the others turn about their z.
     """
 
     name: str
@@ -25,6 +26,7 @@ class Arm:
     rows: tuple[str, ...]
     links: tuple[tuple[tuple[str, ...], ...], ...]
     changes: tuple[str, ...] = ()
+    sliding: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,9 @@ from robust_ik.certificates.json_values import (
 from robust_ik.certificates.proof import Arm, Proof
 from robust_ik.rows import ROWS
 
-FORMAT, VERSION = "robust_ik certificate", 1
+FORMAT, VERSION = "robust_ik certificate", 2
+TURNING_ONLY = 1
+"""The version before sliding joints: all joints turn."""
 MAX_LENGTH = 20_000_000
 MAX_NODES = 20_000
 MAX_JOINTS = 20
@@ -31,7 +33,7 @@ def to_json(proof: Proof) -> str:
     """A proof as JSON text."""
     data: dict[str, Any] = {"format": FORMAT, "version": VERSION, "status": proof.status}
     data |= {"corank": proof.corank, "link": proof.link, "reason": proof.reason}
-    data["arm"] = None if proof.arm is None else _plain(proof.arm)
+    data["arm"] = None if proof.arm is None else _plain(proof.arm) | {"sliding": list(proof.arm.sliding)}
     data["nodes"] = [_plain(node) for node in proof.nodes]
     return json.dumps(data, separators=(",", ":"), ensure_ascii=True)
 
@@ -59,17 +61,19 @@ def from_json(text: str) -> Proof:
     data = an_object(
         data, "the certificate", {"format", "version", "status", "corank", "link", "reason", "arm", "nodes"}
     )
-    if data.get("format") != FORMAT or data.get("version") != VERSION:
-        raise CertificateError(f"not a {FORMAT!r} of version {VERSION}")
-    arm = None if data.get("arm") is None else _arm(data["arm"])
+    if data.get("format") != FORMAT or data.get("version") not in (TURNING_ONLY, VERSION):
+        raise CertificateError(f"not a {FORMAT!r} of version {TURNING_ONLY} or {VERSION}")
+    arm = None if data.get("arm") is None else _arm(data["arm"], data["version"])
     nodes = a_list(data.get("nodes"), "nodes", MAX_NODES)
     corank, link = an_integer(data.get("corank"), "corank", 1, 6), an_integer(data.get("link"), "link", 0, MAX_JOINTS)
     return Proof(arm, corank, link, tuple(_node(node) for node in nodes), a_text(data.get("reason", ""), "reason"))
 
 
 # ---------------------------------------------------------------------------------------------------- the parts
-def _arm(data: Any) -> Arm:
-    data = an_object(data, "arm", {"name", "joints", "rows", "links", "changes"})
+def _arm(data: Any, version: int) -> Arm:
+    data = an_object(data, "arm", {"name", "joints", "rows", "links", "changes", "sliding"})
+    if ("sliding" in data) != (version == VERSION):
+        raise CertificateError(f"an arm says which joints slide from version {VERSION} on, and not before")
     joints = tuple(a_text(name, "a joint name") for name in a_list(data.get("joints"), "joints", MAX_JOINTS))
     rows = tuple(a_text(name, "a row") for name in a_list(data.get("rows"), "rows", 6))
     if not joints or not rows or len(set(rows)) < len(rows) or any(row not in ROWS for row in rows):
@@ -78,7 +82,11 @@ def _arm(data: Any) -> Arm:
     if len(links) != len(joints) + 1:
         raise CertificateError(f"{len(joints)} joints need {len(joints) + 1} links, got {len(links)}")
     changes = tuple(a_text(each, "a change") for each in a_list(data.get("changes", []), "changes", 1000))
-    return Arm(a_text(data.get("name"), "name"), joints, rows, links, changes)
+    given = a_list(data.get("sliding", []), "sliding", len(joints))
+    sliding = tuple(an_integer(joint, "sliding joint", 0, len(joints) - 1) for joint in given)
+    if list(sliding) != sorted(set(sliding)):
+        raise CertificateError("the sliding joints are named once each, rising")
+    return Arm(a_text(data.get("name"), "name"), joints, rows, links, changes, sliding)
 
 
 def _link(data: Any) -> tuple[tuple[str, ...], ...]:

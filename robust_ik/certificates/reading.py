@@ -1,9 +1,9 @@
-"""What the leaves of a proof say: angles at which joints stand still, relations, dimensions, and how sure that is."""
+"""What the leaves of a proof say: where joints stand still, relations, dimensions, and how sure that is."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robust_ik.certificates.cases import RATIONAL, Coefficients, Node, Pin
-from robust_ik.certificates.proof import Proof
-from robust_ik.certificates.relations import Relation, relation, shown
+from robust_ik.certificates.proof import Arm, Proof
+from robust_ik.certificates.relations import Relation, relation, shown, shown_length
 from robust_ik.certificates.roots import real_roots
 from robust_ik.checks import Array
 
@@ -30,26 +30,32 @@ class Place:
         relations: What holds between the others.
         dimension: Free joints less relations: the dimension at generic points, if there are real ones; None where the
             relations are too many to be counted so.
+        lengths: Index of a sliding joint → length at which it stands still, m.
     """
 
     names: tuple[str, ...]
     angles: dict[int, float]
     relations: tuple[Relation, ...]
     dimension: int | None
+    lengths: dict[int, float] = field(default_factory=dict)
 
     def residual(self, values: Array) -> Array:
-        """How far joint values are from the conditions, (..., n) rad → (...): 0 on the leaf, about 1 far off.
+        """How far joint values are from the conditions, (..., n) rad or m → (...): 0 on the leaf, about 1 far off.
 
-        The largest |sin| of half a pinned joint's error and size of a relation's left side.
+        The largest |sin| of half a pinned joint's error, of a sliding joint's error in metres, and size of a relation's
+        left side.
         """
         q = np.asarray(values, dtype=float)
         parts = [np.abs(np.sin((q[..., joint] - angle) / 2)) for joint, angle in self.angles.items()]
+        parts += [np.abs(q[..., joint] - length) for joint, length in self.lengths.items()]
         parts += [np.abs(each.value(q)) for each in self.relations]
         return np.asarray(np.max(np.stack([np.zeros(q.shape[:-1]), *parts]), axis=0))
 
     def __str__(self) -> str:
-        pins = [f"{self.names[joint]} = {shown(math.degrees(angle))}" for joint, angle in self.angles.items()]
-        return " and ".join(pins + [str(each) for each in self.relations]) or "everywhere"
+        pins = {joint: shown(math.degrees(angle)) for joint, angle in self.angles.items()}
+        pins |= {joint: shown_length(length) for joint, length in self.lengths.items()}
+        parts = [f"{self.names[joint]} = {pins[joint]}" for joint in sorted(pins)]
+        return " and ".join(parts + [str(each) for each in self.relations]) or "everywhere"
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,18 +63,23 @@ class Leaf:
     """A leaf of a proof.
 
     Attributes:
-        names: Names of all joints.
+        arm: The arm that the joints are of.
         node: Its conditions as they stand in the proof.
         implicit: Whether it only repeats the equations.
     """
 
-    names: tuple[str, ...]
+    arm: Arm
     node: Node
     implicit: bool
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all joints."""
+        return self.arm.joints
+
     @cached_property
     def places(self) -> tuple[Place, ...]:
-        """The leaf at each real root of its field's polynomial; one place if all angles are rational."""
+        """The leaf at each real root of its field's polynomial; one place if all pins are rational."""
         roots = [Fraction(0)] if self.node.state.field == RATIONAL else real_roots(self.node.state.field)
         return tuple(self._place(float(theta)) for theta in roots)
 
@@ -83,7 +94,9 @@ class Leaf:
             return True
         if len(place.relations) > 1:
             return None
-        values = np.random.default_rng(0).uniform(-np.pi, np.pi, (1000, len(self.names)))
+        rng = np.random.default_rng(0)
+        values = rng.uniform(-np.pi, np.pi, (1000, len(self.names)))
+        values[:, list(self.arm.sliding)] = rng.standard_cauchy((1000, len(self.arm.sliding)))  # lengths of any size
         signs = place.relations[0].value(values)
         return True if signs.min() < -1e-6 and signs.max() > 1e-6 else None
 
@@ -92,19 +105,22 @@ class Leaf:
 
     def _place(self, theta: float) -> Place:
         state = self.node.state
-        angles = {pin.joint: _angle(pin, theta) for pin in state.pins}
+        sliding = self.arm.sliding
+        angles = {pin.joint: _angle(pin, theta) for pin in state.pins if pin.joint not in sliding}
+        lengths = {pin.joint: _value(pin.y, theta) for pin in state.pins if pin.joint in sliding}
         indices = [index for index, _ in self.node.relations]
         if self.node.kind == "implicit":
             indices = list(range(len(state.generators)))
-        found = (relation(state.generators[index], state, theta, self.names) for index in indices)
-        dimension = None if self.node.kind == "implicit" else len(self.names) - len(angles) - len(indices)
-        return Place(self.names, angles, tuple(found), dimension)
+        found = (relation(state.generators[index], state, theta, self.arm) for index in indices)
+        dimension = None if self.node.kind == "implicit" else len(self.names) - len(state.pins) - len(indices)
+        return Place(self.names, angles, tuple(found), dimension, lengths)
 
 
 def leaves(proof: Proof) -> tuple[Leaf, ...]:
     """The leaves of a proof, as many as it has; none without an arm."""
-    names = () if proof.arm is None else proof.arm.joints
-    return tuple(Leaf(names, node, proof.is_implicit(node)) for node in proof.leaves)
+    if proof.arm is None:
+        return ()
+    return tuple(Leaf(proof.arm, node, proof.is_implicit(node)) for node in proof.leaves)
 
 
 def word(proof: Proof, verdict: Verdict | None = None) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 
 from robust_ik.certificates.cases import RATIONAL, Form, State
 from robust_ik.certificates.expected import element_product
+from robust_ik.certificates.proof import Arm
 from robust_ik.checks import Array
 
 Term = dict[tuple[tuple[int, int], ...], Fraction]
@@ -21,15 +22,16 @@ SHORT = 12
 
 @dataclass(frozen=True, eq=False)
 class Relation:
-    """Σ coefficient Π cos(q/2)^(degree − power) sin(q/2)^power = 0.
+    """Σ coefficient Π cos(q/2)^(degree − power) sin(q/2)^power = 0; d^power for a sliding joint at length d.
 
     Attributes:
         joints: Indices of the joints.
         names: Their names.
-        degrees: Degree in each joint's half angle.
-        powers: Power of sin(q/2) in each term, (terms, joints).
+        degrees: Degree in each joint's half angle, or length.
+        powers: Power of sin(q/2), or of d, in each term, (terms, joints).
         coefficients: The terms' coefficients, (terms,), largest 1 in size.
         exact: The coefficients as fractions, integers without common factor; none where they are algebraic.
+        sliding: Whether each of the joints slides.
     """
 
     joints: tuple[int, ...]
@@ -38,14 +40,19 @@ class Relation:
     powers: tuple[tuple[int, ...], ...]
     coefficients: tuple[float, ...]
     exact: tuple[Fraction, ...] | None
+    sliding: tuple[bool, ...]
 
     def value(self, values: Array) -> Array:
-        """The left side at joint values, (..., n) rad → (...); at most the sum of the coefficients' sizes."""
-        half = np.asarray(values, dtype=float)[..., list(self.joints)] / 2
-        result = np.zeros(half.shape[:-1])
+        """The left side at joint values, (..., n) rad or m → (...).
+
+        Without sliding joints it is at most the sum of the coefficients' sizes.
+        """
+        q, slides = np.asarray(values, dtype=float)[..., list(self.joints)], np.array(self.sliding)
+        x, y = np.where(slides, 1.0, np.cos(q / 2)), np.where(slides, q, np.sin(q / 2))
+        result = np.zeros(q.shape[:-1])
         for powers, coefficient in zip(self.powers, self.coefficients, strict=True):
             p = np.array(powers)
-            result += coefficient * np.prod(np.cos(half) ** (np.array(self.degrees) - p) * np.sin(half) ** p, axis=-1)
+            result += coefficient * np.prod(x ** (np.array(self.degrees) - p) * y**p, axis=-1)
         return result
 
     @property
@@ -55,8 +62,8 @@ class Relation:
 
     @cached_property
     def terms(self) -> tuple[tuple[str, float], ...]:
-        """Terms as ("c3 c4", coefficient): c3 = cos q3; in half angles, "cos(q3/2)", where a degree is odd."""
-        if any(degree % 2 for degree in self.degrees):
+        """Terms as ("c2 d3", coefficient): c2 = cos q2, d3 a length; "cos(q2/2)" where an angle's degree is odd."""
+        if any(degree % 2 and not slides for degree, slides in zip(self.degrees, self.sliding, strict=True)):
             return tuple((self._half_angles(p), c) for p, c in zip(self.powers, self.coefficients, strict=True))
         found = self._trigonometric()
         largest = max(map(abs, found.values()), default=1.0)
@@ -70,13 +77,19 @@ class Relation:
 
     def _half_angles(self, powers: tuple[int, ...]) -> str:
         parts = []
-        for name, degree, power in zip(self.names, self.degrees, powers, strict=True):
-            parts += [f"{f}({name}/2){_exponent(e)}" for f, e in (("cos", degree - power), ("sin", power)) if e]
+        for joint, name, degree, power, slides in zip(
+            self.joints, self.names, self.degrees, powers, self.sliding, strict=True
+        ):
+            both = [] if slides else [(f"cos({name}/2)", degree - power), (f"sin({name}/2)", power)]
+            parts += [f"{f}{_exponent(e)}" for f, e in both or [(f"d{joint + 1}", power)] if e]
         return " ".join(parts)
 
     def _monomial(self, key: tuple[tuple[int, int], ...]) -> str:
-        names = zip(self.joints, key, strict=True)
-        return " ".join(f"{f}{j + 1}{_exponent(e)}" for j, pair in names for f, e in zip("cs", pair, strict=True) if e)
+        parts = []
+        for joint, pair, slides in zip(self.joints, key, self.sliding, strict=True):
+            letters = zip("d" if slides else "cs", pair, strict=False)
+            parts += [f"{letter}{joint + 1}{_exponent(e)}" for letter, e in letters if e]
+        return " ".join(parts)
 
     def _trigonometric(self) -> dict[tuple[tuple[int, int], ...], float]:
         """In cosines and sines: x² = (1 + c)/2, y² = (1 − c)/2, xy = s/2."""
@@ -84,8 +97,8 @@ class Relation:
         total: Term = {}
         for powers, coefficient in zip(self.powers, exact, strict=True):
             term: Term = {(): coefficient}
-            for degree, power in zip(self.degrees, powers, strict=True):
-                factor = _half_angle_monomial(degree, power)
+            for degree, power, slides in zip(self.degrees, powers, self.sliding, strict=True):
+                factor = {(power, 0): Fraction(1)} if slides else _half_angle_monomial(degree, power)
                 term = {(*a, b): u * v for a, u in term.items() for b, v in factor.items()}
             for key, value in term.items():
                 total[key] = total.get(key, Fraction(0)) + value
@@ -94,7 +107,7 @@ class Relation:
 
     def _sum(self) -> str:
         """A relation that fixes the sum or the difference of two joints, by name; else empty."""
-        if self.degrees != (1, 1):
+        if self.degrees != (1, 1) or any(self.sliding):
             return ""
         at = dict(zip(self.powers, self.coefficients, strict=True))
         xx, xy, yx, yy = (at.get(key, 0.0) for key in ((0, 0), (0, 1), (1, 0), (1, 1)))
@@ -105,14 +118,14 @@ class Relation:
         return ""
 
 
-def relation(form: Form, state: State, theta: float, names: tuple[str, ...]) -> Relation:
+def relation(form: Form, state: State, theta: float, arm: Arm) -> Relation:
     """A generator of a state with its pins put in, at one real place of the field.
 
     Args:
         form: The generator.
         state: The state.
         theta: The value of θ there.
-        names: Names of all joints.
+        arm: The arm that the joints are of.
     """
     found = _restricted(form, state)
     keys = [key for key in sorted(found) if any(found[key])]
@@ -125,7 +138,8 @@ def relation(form: Form, state: State, theta: float, names: tuple[str, ...]) -> 
     free = [i for i, joint in enumerate(form.joints) if joint not in pinned]
     joints, degrees = tuple(form.joints[i] for i in free), tuple(form.degrees[i] for i in free)
     scaled = tuple(value / largest for value in values)
-    return Relation(joints, tuple(names[j] for j in joints), degrees, tuple(keys), scaled, exact)
+    names, sliding = tuple(arm.joints[j] for j in joints), tuple(j in arm.sliding for j in joints)
+    return Relation(joints, names, degrees, tuple(keys), scaled, exact, sliding)
 
 
 def _restricted(form: Form, state: State) -> dict[tuple[int, ...], list[Fraction]]:
@@ -178,3 +192,9 @@ def shown(degrees: float) -> str:
     turned = degrees - 360 * math.ceil(degrees / 360 - 0.5)
     nearest = round(turned)
     return f"{nearest}°" if abs(turned - nearest) < 1e-9 else f"{turned:.6f}°".replace("-", "−")
+
+
+def shown_length(metres: float) -> str:
+    """A length in metres, to the nanometre, without needless digits."""
+    digits = f"{round(metres, 9) + 0.0:.9f}".rstrip("0").rstrip(".")  # + 0.0: no negative zero
+    return digits.replace("-", "−") + " m"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -9,14 +10,14 @@ from functools import cached_property
 from typing import Any
 
 from robust_ik.certificates.cases import Form
-from robust_ik.certificates.modpoly import fraction
+from robust_ik.certificates.modpoly import UnluckyError, fraction
 from robust_ik.certificates.modular import Ring
 from robust_ik.certificates.proof import Arm
 
 ROW_NAMES = ("x", "y", "z", "wx", "wy", "wz")
 
 Point = dict[int, tuple[Any, Any]]
-"""Joint → (x, y)."""
+"""Joint → (x, y); (1, d) for a sliding joint at length d."""
 
 
 def is_rigid(arm: Arm) -> bool:
@@ -54,11 +55,11 @@ class Replay:
         whole = len(self.arm.rows) == len(ROW_NAMES)
         reference = origin if whole else frames[-1][0]
         columns = []
-        for place, axes in frames[:-1]:
+        for joint, (place, axes) in enumerate(frames[:-1]):
             axis = [row[2] for row in axes]
             lever = [(a - b) % p for a, b in zip(reference, place)]
-            linear = [value % p for value in _cross(axis, lever)]
-            both = [sum(turned[k][i] * v[k] for k in range(3)) % p for v in (linear, axis) for i in range(3)]
+            twist = (axis, [0, 0, 0]) if joint in self.arm.sliding else (_cross(axis, lever), axis)
+            both = [sum(turned[k][i] * v[k] for k in range(3)) % p for v in twist for i in range(3)]
             columns.append([both[ROW_NAMES.index(name)] for name in self.arm.rows])
         return [list(row) for row in zip(*columns)]
 
@@ -76,17 +77,31 @@ class Replay:
         for i, numbers in enumerate(self._links):
             place = [(a + sum(x * y for x, y in zip(row, numbers[3]))) % p for a, row in zip(place, axes)]
             axes = [[sum(row[k] * numbers[k][j] for k in range(3)) % p for j in range(3)] for row in axes]
-            if i < len(self.arm.joints):
+            if i in self.arm.sliding:
+                place = [(a + row[2] * self._length(*point[i])) % p for a, row in zip(place, axes)]
+            elif i < len(self.arm.joints):
                 c, s = self._angle(*point[i])
                 axes = [[(a * c + b * s) % p, (b * c - a * s) % p, d] for a, b, d in axes]
             result.append((place, axes))
         return result
+
+    def _length(self, x: Any, y: Any) -> Any:
+        """The length from (1, d)."""
+        if x != 1:
+            raise UnluckyError("a sliding joint is not at (1 : d)")
+        return y
 
     def _angle(self, x: Any, y: Any) -> tuple[Any, Any]:
         """Cosine and sine from those of the half angle, up to their common factor."""
         p = self.ring.prime
         scale = self.ring.inverse((x * x + y * y) % p)
         return (x * x - y * y) * scale % p, 2 * x * y * scale % p
+
+
+def random_point(joint: int, arm: Arm, rng: random.Random, prime: int) -> tuple[int, int]:
+    """(x, y) of a joint anywhere: any two numbers for an angle, (1, d) for a length."""
+    x = 1 if joint in arm.sliding else rng.randrange(prime)
+    return x, rng.randrange(prime)
 
 
 def evaluate(form: Form, point: Point, ring: Ring) -> Any:
