@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import math
 import os
+import signal
 import subprocess
 import sys
 import time
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
+from robust_ik.certificates.effort import Effort
 from robust_ik.certificates.exact_model import ExactArm, UnsupportedError, exact_arm
 from robust_ik.certificates.proof import Arm, Proof
 from robust_ik.errors import InputError
@@ -18,25 +21,25 @@ from robust_ik.errors import InputError
 if TYPE_CHECKING:
     from robust_ik.robot import Robot
 
-QUICK, THOROUGH = 400, 20_000
-"""Most terms of a polynomial that is worked on, here, where each step then takes under a second, and elsewhere."""
 LINKS = 3
 """How many links' frames are tried, the middle one first."""
 WORTH_A_PROCESS = 2.0
 """Seconds that must be left for a process of its own to be started."""
 
 
-def certify(robot: Robot, corank: int, *, snap: float = 1e-4, time_limit: float = 60.0) -> Proof:
+def certify(robot: Robot, corank: int, *, snap: float = 1e-4, time_limit: float = 60.0, thorough: bool = True) -> Proof:
     """Where an arm's Jacobian loses rank, by an exact case split; whether it closed is the proof's `status`.
 
-    What is small is done here; polynomials that may take long are left to a process of its own, which is ended when
-    the time is up.
+    What takes a few seconds is done here, bounded by a count of steps: what closes so is the same proof on every
+    machine, to the letter. What needs more is left to a process of its own, which is ended when the time is up.
 
     Args:
         robot: A chain of revolute, continuous and prismatic joints; its `rows` are the task.
         corank: Which loss, 1 or more: rank ≤ min(rows, joints) − corank.
         snap: Angles this near to a quarter turn are taken to it, rad.
         time_limit: Seconds after which what is left stays open.
+        thorough: Whether a process may be started; without it the proof never depends on how fast the machine is,
+            unless the few seconds' work take longer than the time limit.
 
     Raises:
         InputError: The corank is none that the robot's rank can have.
@@ -50,32 +53,32 @@ def certify(robot: Robot, corank: int, *, snap: float = 1e-4, time_limit: float 
         arm = exact_arm(robot, snap)
     except UnsupportedError as error:
         return Proof(None, corank, reason=str(error))
-    return certify_exact(arm, corank, time_limit=time_limit)
+    return certify_exact(arm, corank, time_limit=time_limit, thorough=thorough)
 
 
-def certify_exact(arm: ExactArm, corank: int, *, time_limit: float = 60.0) -> Proof:
+def certify_exact(arm: ExactArm, corank: int, *, time_limit: float = 60.0, thorough: bool = True) -> Proof:
     """The same for an arm in rational numbers."""
     deadline = time.monotonic() + time_limit
-    proof = best_proof(arm, corank, deadline, QUICK)
+    proof = best_proof(arm, corank, deadline, Effort.quick())
     left = deadline - time.monotonic()
-    if proof.status != "open" or left < WORTH_A_PROCESS or not any("large" in node.reason for node in proof.nodes):
+    if not thorough or proof.status != "open" or left < WORTH_A_PROCESS:
         return proof
     return _in_a_process(arm, corank, left) or proof
 
 
-def best_proof(arm: ExactArm, corank: int, deadline: float, most: int) -> Proof:
+def best_proof(arm: ExactArm, corank: int, deadline: float, effort: Effort) -> Proof:
     """The proof from the first link that gives a whole one, else the best of several."""
     from robust_ik.certificates.columns import middle_links  # python-flint is needed to prove, not to check
     from robust_ik.certificates.split import split
 
     best: Proof | None = None
     for link in middle_links(arm)[:LINKS]:
-        proof = Proof(plain_arm(arm), corank, link, split(arm, corank, link, deadline, most))
+        proof = Proof(plain_arm(arm), corank, link, split(arm, corank, link, deadline, effort))
         if proof.status == "proved":
             return proof
         if best is None or _rank(proof) < _rank(best):
             best = proof
-        if time.monotonic() > deadline:
+        if time.monotonic() > deadline or effort.steps < 0:
             break
     assert best is not None
     return best
@@ -121,7 +124,9 @@ def _in_a_process(arm: ExactArm, corank: int, seconds: float) -> Proof | None:
 def work() -> None:
     """What the process does: a task from standard input, the proof to standard output."""
     task = json.loads(sys.stdin.read())
+    if hasattr(signal, "alarm"):  # ends it in the midst of any step, even if nobody is left to do so
+        signal.alarm(math.ceil(task["seconds"]) + 1)
     asked = Proof.from_json(task["proof"])
     assert asked.arm is not None
     deadline = time.monotonic() + 0.9 * task["seconds"]
-    sys.stdout.write(best_proof(exact_from_plain(asked.arm), asked.corank, deadline, THOROUGH).to_json())
+    sys.stdout.write(best_proof(exact_from_plain(asked.arm), asked.corank, deadline, Effort.thorough()).to_json())

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 from robust_ik.certificates.cases import Source, State
 from robust_ik.certificates.columns import Trig, jacobian
+from robust_ik.certificates.effort import Effort, TooLargeError, height
 from robust_ik.certificates.exact_model import ExactArm
 from robust_ik.certificates.factoring import Factored, factor
-from robust_ik.certificates.fields import Field, TooLargeError, poly
+from robust_ik.certificates.fields import Field, poly
 from robust_ik.certificates.halfangles import HalfAngles, Homogeneous
 from robust_ik.certificates.minors import Minor, reduced
 from robust_ik.certificates.vanishing import divides, triangular, vanishes
@@ -55,19 +57,19 @@ class Case:
         corank: Rank deficiency.
         link: The link whose frame is used.
         state: The conditions.
-        most: Most terms of a polynomial that is worked on.
+        effort: What may be spent.
     """
 
     arm: ExactArm
     corank: int
     link: int
     state: State
-    most: int
+    effort: Effort
 
     @cached_property
     def half(self) -> HalfAngles:
         """The forms over the state's field."""
-        return HalfAngles(self.arm.n, Field(self.state.field), self.most, self.arm.sliding)
+        return HalfAngles(self.arm.n, Field(self.state.field), self.effort, self.arm.sliding)
 
     def decide(self) -> Decision:
         """A leaf, a contradiction, or what to branch on."""
@@ -128,7 +130,7 @@ class Case:
         if size <= len(matrix.pivots):
             return self._constant(matrix.constant(size), matrix.determinant(size))
         factor = trig.element(matrix.determinant(size))
-        minors = [(each, self.half.of(trig.reduce(each.value * factor))) for each in matrix.minors(size, self.most)]
+        minors = [(each, self.half.of(trig.reduce(each.value * factor))) for each in matrix.minors(size, self.effort)]
         leaf = self._leaf([value.value for _, value in minors])
         if leaf:
             return leaf
@@ -198,12 +200,15 @@ class Case:
         return best
 
     def _resultant(self, f: Homogeneous, g: Homogeneous, joint: int) -> Homogeneous | None:
-        if not self.half.field.is_rational or len(f.value) * len(g.value) > 10 * self.most:
-            return None
-        value = f.value.resultant(g.value, f"t{joint}")
-        if not value:
-            return None
         a, b = f.degrees[joint], g.degrees[joint]
         degrees = [b * m + a * n for m, n in zip(f.degrees, g.degrees)]
         degrees[joint] = 0
+        bits = b * height(f.value.coeffs()) + a * height(g.value.coeffs())
+        work = len(f.value) * len(g.value)
+        if not self.half.field.is_rational or work > 10 * self.effort.terms or bits > self.effort.bits:
+            return None
+        self.effort.spend(min(work, math.prod(d + 1 for d in degrees)) * (1 + bits // 256))
+        value = f.value.resultant(g.value, f"t{joint}")
+        if not value:
+            return None
         return self.half.homogeneous(value, degrees)

@@ -11,7 +11,7 @@ from typing import Any
 
 from flint import fmpq_poly
 
-from robust_ik.certificates.fields import TooLargeError
+from robust_ik.certificates.effort import height
 from robust_ik.certificates.halfangles import HalfAngles, Homogeneous
 
 
@@ -37,8 +37,8 @@ def factor(half: HalfAngles, value: Homogeneous) -> Factored:
     Raises:
         TooLargeError: It has too many terms.
     """
-    if len(value.value) > half.most:
-        raise TooLargeError(f"a polynomial of {len(value.value)} terms")
+    half.effort.check_terms(len(value.value), "a polynomial")
+    half.effort.spend(10 + 2 * len(value.value))
     if half.field.is_rational:
         constant, factors = _over_rationals(half, value)
         return Factored(fmpq_poly([constant]), tuple(factors))
@@ -75,11 +75,13 @@ def _over_field(half: HalfAngles, value: Homogeneous) -> Factored:
 
 
 def _norm(half: HalfAngles, value: Any) -> tuple[Any, list[tuple[Homogeneous, int]]]:
-    if len(value) * half.field.degree > half.most:
-        raise TooLargeError(f"the norm of a polynomial of {len(value)} terms")
+    effort, degree = half.effort, half.field.degree
+    effort.check_terms(len(value) * degree, "the parts of a norm")
+    bits = degree * height(value.coeffs()) + degree * height(half.modulus.coeffs())
+    effort.check_bits(bits, "a norm")
+    effort.spend(len(value) * degree * (1 + bits // 256))
     norm = half.modulus.resultant(value, "z")
-    if len(norm) > half.most:
-        raise TooLargeError(f"a norm of {len(norm)} terms")
+    effort.check_terms(len(norm), "a norm")
     degrees = tuple(half.field.degree * degree for degree in value.degrees()[:-1])
     return _over_rationals(half, Homogeneous(norm, degrees))
 

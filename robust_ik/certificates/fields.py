@@ -12,16 +12,11 @@ from typing import Any
 
 from flint import Ordering, fmpq, fmpq_mpoly_ctx, fmpq_poly
 
+from robust_ik.certificates.effort import Effort, TooLargeError, height
 from robust_ik.certificates.roots import has_real_root
 
 Element = Any
 """An fmpq_poly in θ."""
-MAX_DEGREE = 16
-"""Largest degree of a field over ℚ that is worked in."""
-
-
-class TooLargeError(Exception):
-    """A polynomial or a field that is too large to be worked with in the time there is."""
 
 
 @dataclass(frozen=True)
@@ -88,22 +83,26 @@ def coefficients(element: Element) -> tuple[str, ...]:
     return tuple(str(value) for value in element.coeffs()) or ("0",)
 
 
-def adjoin(field: Field, minimal: Any) -> tuple[int, list[Component]]:
+def adjoin(field: Field, minimal: Any, effort: Effort) -> tuple[int, list[Component]]:
     """The components of ℚ(θ)[t] / minimal(t).
 
     Args:
         field: ℚ(θ).
         minimal: An irreducible fmpq_poly over ℚ.
+        effort: What may be spent.
 
     Returns:
         λ of the primitive element ζ = θ + λ t, and the components; their degrees add up to the product of both.
 
     Raises:
-        TooLargeError: That product is too large.
+        TooLargeError: That product is too large, or its numbers are.
     """
     degree = field.degree * minimal.degree()
-    if degree > MAX_DEGREE:
+    if degree > effort.degree:
         raise TooLargeError(f"a field of degree {degree}")
+    bits = field.degree * height(minimal.coeffs()) + minimal.degree() * height(field.polynomial.coeffs())
+    effort.check_bits(2 * bits, "a field")  # its elements have longer numbers than its polynomial
+    effort.spend((degree * (1 + bits // 64)) ** 2)
     if field.is_rational:
         monic = minimal / minimal[minimal.degree()]
         grown = Field(coefficients(monic))

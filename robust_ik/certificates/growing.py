@@ -37,7 +37,7 @@ def _factor(state: State, half: HalfAngles, factor: Homogeneous, power: int, nod
         return Factor("pin", form, power, node(_pinned(state, joint, *_root(minimal))))
     if not has_real_root(coefficients(minimal)):
         return Factor("unreal", form, power)
-    multiple, components = adjoin(half.field, minimal)
+    multiple, components = adjoin(half.field, minimal, half.effort)
     branches = tuple(_branch(state, joint, component, node) for component in components)
     return Factor("roots", form, power, multiple=multiple, branches=branches)
 

@@ -16,6 +16,7 @@ from typing import Any
 from flint import Ordering, fmpq_mpoly_ctx
 
 from robust_ik.certificates.cases import Form, State
+from robust_ik.certificates.effort import Effort
 from robust_ik.certificates.fields import Field, poly
 
 
@@ -44,13 +45,13 @@ class HalfAngles:
     Attributes:
         n: Number of joints.
         field: ℚ(θ).
-        most: Most terms of a polynomial that is worked on.
+        effort: What may be spent.
         sliding: The prismatic joints.
     """
 
     n: int
     field: Field
-    most: int
+    effort: Effort
     sliding: frozenset[int] = frozenset()
 
     @cached_property
@@ -77,6 +78,7 @@ class HalfAngles:
     def of(self, value: Any) -> Homogeneous:
         """A trigonometric polynomial in normal form as a form: value · Π (x² + y²)^d."""
         n, terms = self.n, value.to_dict()
+        self.effort.spend(2 + len(terms))
         degrees = [max(powers[i] + powers[n + i] for powers in terms) for i in range(n)]
         names = [f"{letter}{i}" for letter in "scw" for i in range(n)] + ["z"]
         homogeneous = fmpq_mpoly_ctx.get(names, Ordering.lex)

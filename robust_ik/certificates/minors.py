@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from robust_ik.certificates.columns import Trig
-from robust_ik.certificates.fields import Element, TooLargeError, coefficients
+from robust_ik.certificates.effort import Effort
+from robust_ik.certificates.fields import Element, coefficients
 
 
 @dataclass(frozen=True)
@@ -42,11 +43,11 @@ class Reduced:
     rest: list[list[Any]]
     weights: list[list[Element]]
 
-    def minors(self, size: int, most: int) -> Iterator[Minor]:
+    def minors(self, size: int, effort: Effort) -> Iterator[Minor]:
         """All minors of that size that contain the pivots, non-zero ones only.
 
         Raises:
-            TooLargeError: One has more than `most` terms.
+            TooLargeError: One has too many terms, or no steps are left.
         """
         s = size - len(self.pivots)
         fixed = tuple(column for column, *_ in self.pivots)
@@ -54,9 +55,10 @@ class Reduced:
         cache: dict[tuple[tuple[int, ...], tuple[int, ...]], Any] = {}
         for rows in itertools.combinations(range(len(self.rest)), s):
             for columns in itertools.combinations(free, s):
+                before = len(cache)
                 value = self._minor(rows, columns, cache)
-                if len(value) > most:
-                    raise TooLargeError(f"a minor of {len(value)} terms")
+                effort.spend((len(cache) - before) * (1 + len(value) // 16))
+                effort.check_terms(len(value), "a minor")
                 if value:
                     yield Minor(value, self._weights(rows), (*fixed, *columns))
 

@@ -4,20 +4,22 @@ from __future__ import annotations
 
 import heapq
 import itertools
+import math
 import time
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 from robust_ik.certificates.cases import Node, State
 from robust_ik.certificates.deciding import Case, Decision
+from robust_ik.certificates.effort import Effort, TooLargeError
 from robust_ik.certificates.exact_model import ExactArm
-from robust_ik.certificates.fields import Field, TooLargeError, coefficients, poly
+from robust_ik.certificates.fields import Field, coefficients, poly
 from robust_ik.certificates.growing import factors, image
 
 MAX_NODES = 5000
 
 
-def split(arm: ExactArm, corank: int, link: int, deadline: float, most: int) -> tuple[Node, ...]:
+def split(arm: ExactArm, corank: int, link: int, deadline: float, effort: Effort) -> tuple[Node, ...]:
     """The cases, the root first.
 
     Args:
@@ -25,9 +27,9 @@ def split(arm: ExactArm, corank: int, link: int, deadline: float, most: int) -> 
         corank: Rank deficiency.
         link: The link whose frame is used.
         deadline: When to stop, of `time.monotonic`; what is not decided then stays open.
-        most: Most terms of a polynomial that is worked on.
+        effort: What may be spent.
     """
-    return _Splitter(arm, corank, link, deadline, most).run()
+    return _Splitter(arm, corank, link, deadline, effort).run()
 
 
 @dataclass
@@ -36,7 +38,7 @@ class _Splitter:
     corank: int
     link: int
     deadline: float
-    most: int
+    effort: Effort
     nodes: list[Node] = field(default_factory=list)
     ids: dict[State, int] = field(default_factory=dict)
     waiting: list[tuple[int, int]] = field(default_factory=list)
@@ -64,11 +66,12 @@ class _Splitter:
         return self.ids[state]
 
     def _case(self, state: State) -> Case:
-        return Case(self.arm, self.corank, self.link, state, self.most)
+        return Case(self.arm, self.corank, self.link, state, self.effort)
 
     def _treat(self, state: State) -> Node:
         case = self._case(state)
         try:
+            self.effort.spend(2 * self.arm.n**2)  # its Jacobian, and what is not counted elsewhere
             inside = self._inside(case, self.leaves)
             return inside or self._decided(case, case.decide())
         except TooLargeError as error:
@@ -90,6 +93,9 @@ class _Splitter:
 
     def _drop_contained(self) -> None:
         """Leaves that lie inside another one are none of their own."""
+        if self.effort.steps < 0:
+            return
+        self.effort = replace(self.effort, steps=math.inf)  # every one of these cases was treated within its bounds
         for index in list(self.leaves):
             others = [other for other in self.leaves if other != index]
             inside = self._inside(self._case(self.nodes[index].state), others)

@@ -70,7 +70,8 @@ def _pseudo_remainder(half: HalfAngles, value: Any, divisor: Any, joint: int) ->
     t = half.context.gens()[joint]
     degree = divisor.degrees()[joint]
     leading = _coefficient(half, divisor, joint, degree)
-    while value and value.degrees()[joint] >= degree and len(value) <= half.most:
+    while value and value.degrees()[joint] >= degree and len(value) <= half.effort.terms:
+        half.effort.spend(1 + len(value) * len(divisor) // 32)
         power = value.degrees()[joint]
         head = _coefficient(half, value, joint, power)
         value = half.reduce(leading * value - head * t ** (power - degree) * divisor)
