@@ -6,9 +6,11 @@ from robust_ik.singularities.directions import LostMotion
 from robust_ik.singularities.lost import Lost
 from robust_ik.singularities.search import find_singularities
 from robust_ik.singularities.strata import Stratum
+from robust_ik.singularities.tracing import Curve, trace
 from robust_ik.singularities.wrench import WrenchScrew
 
 __all__ = [
+    "Curve",
     "Evidence",
     "Lost",
     "LostMotion",
@@ -18,4 +20,5 @@ __all__ = [
     "Stratum",
     "WrenchScrew",
     "find_singularities",
+    "trace",
 ]

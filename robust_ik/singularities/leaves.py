@@ -82,6 +82,14 @@ class Leaf:
         forms = tuple(relation.terms for relation in self.relations)
         return self.dimension, tuple(pin.angle for pin in self.pins), self.free, self.curve, forms
 
+    @property
+    def coupled(self) -> tuple[int, ...]:
+        """Joints that move together, indices: neither free nor pinned each by itself."""
+        alone = {pin.angle.joints[0] for pin in self.pins if len(pin.angle.joints) == 1}
+        together = {joint for relation in self.relations for joint in relation.joints} | set(self.curve)
+        together |= {joint for pin in self.pins if len(pin.angle.joints) > 1 for joint in pin.angle.joints}
+        return tuple(sorted(together - alone))
+
     def holds(self, values: Array, tolerance: float = HOLDS) -> Mask:
         """Whether pins and relations hold at joint values (N, n); a curve says nothing about its joints."""
         result = np.ones(len(values), dtype=bool)

@@ -52,11 +52,15 @@ def tangents(chain: ScrewChain, values: Array, corank: int, dimensions: Indices)
     """Projectors (N, n, n) onto the tangent spaces of strata of corank k at points (N, n), the dimensions known."""
     if len(values) == 0:
         return np.empty((0, chain.n, chain.n))
-    found = svd(Residual.at(chain, values, corank).derivative)
-    count = found.Vt.shape[1]
-    normal = np.arange(count) < (chain.n - np.asarray(dimensions))[:, None]
-    rows = found.Vt * normal[..., None]
-    return np.asarray(np.eye(chain.n) - np.swapaxes(rows, 1, 2) @ rows)
+    return tangents_at(Residual.at(chain, values, corank), dimensions)
+
+
+def tangents_at(residual: Residual, dimensions: Indices) -> Array:
+    """The same where the residual of the N points is known already."""
+    Vt = svd(residual.derivative).Vt
+    n = residual.derivative.shape[-1]
+    rows = Vt * (np.arange(Vt.shape[1]) < (n - np.asarray(dimensions))[:, None])[..., None]
+    return np.asarray(np.eye(n) - np.swapaxes(rows, 1, 2) @ rows)
 
 
 def readable(chain: ScrewChain, values: Array, corank: int) -> tuple[Mask, Indices]:

@@ -54,10 +54,7 @@ def margin(chain: ScrewChain, leaf: Leaf, lower: Array, upper: Array) -> float:
             best = min(best, float(upper[joint] - lower[joint]) / 2)
     for pin in leaf.pins:
         best = min(best, pin_slack(pin, lower, upper))
-    coupled = {joint for relation in leaf.relations for joint in relation.joints} | set(leaf.curve)
-    coupled |= {joint for pin in leaf.pins if len(pin.angle.joints) > 1 for joint in pin.angle.joints}
-    coupled -= {joint for pin in leaf.pins if len(pin.angle.joints) == 1 for joint in pin.angle.joints}
-    return min(best, _climbed(chain, leaf, sorted(coupled), lower, upper)) if coupled else best
+    return min(best, _climbed(chain, leaf, list(leaf.coupled), lower, upper)) if leaf.coupled else best
 
 
 def _climbed(chain: ScrewChain, leaf: Leaf, joints: list[int], lower: Array, upper: Array) -> float:
