@@ -85,7 +85,11 @@ def data_of(page):
 
 
 def animations(page):
-    return [umsgpack.unpackb(base64.b64decode(run["animation"])) for run in data_of(page)["runs"]]
+    return animations_of(data_of(page)["runs"])
+
+
+def animations_of(motions):
+    return [umsgpack.unpackb(base64.b64decode(motion["animation"])) for motion in motions]
 
 
 def tracks(animation):

@@ -16,6 +16,7 @@ from robust_ik.display._meshcat import Visualizer, geometry
 from robust_ik.display.names import node_names
 from robust_ik.display.shapes import GREY, material, triangle_mesh
 from robust_ik.display.skeleton import BONE, KNUCKLE, Skeleton
+from robust_ik.display.tracks import Tracks
 from robust_ik.meshes.reader import Color, Part, UnreadableMeshError, read_mesh
 from robust_ik.robot import Robot
 
@@ -64,6 +65,13 @@ class DrawnRobot:
         """Moves it to a configuration, (nq,)."""
         for link in self.nodes:
             self.node(link).set_transform(self.robot.pose(q, link))
+
+    def animate(self, tracks: Tracks, q: Array) -> None:
+        """Tracks along configurations (N, nq) for links that the joints move; the others stand where they were put."""
+        moved = set(self.robot.joint_names)
+        for link in self.nodes:
+            if moved & set(self.robot.description.moving_joints(link)):
+                tracks.pose(self.node(link), self.robot.pose(q, link))
 
     def poses(self, q: Array) -> dict[str, Array]:
         """Poses (N, 4, 4) of the links that are drawn, at configurations (N, nq)."""

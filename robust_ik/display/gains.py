@@ -8,11 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from robust_ik.checks import Array, checked_parameter
+from robust_ik.display.figures import checked_figure
 from robust_ik.errors import InputError
-from robust_ik.files import check_writable
 from robust_ik.inverses import SingularValueFilter
 
-FORMATS = (".png", ".svg", ".pdf")
 LEAST_SIGMA = 1e-4
 STYLES = ("-", "--", "-.", ":")
 
@@ -31,14 +30,10 @@ def plot_gains(filters: Sequence[SingularValueFilter], path: str | Path, *, sigm
     Raises:
         InputError: Nothing to draw, something that is no filter, or a path that cannot be written.
     """
-    path = Path(path).expanduser()
     checked_parameter("sigma_max", sigma_max, above=0)
     if not filters or not all(isinstance(each, SingularValueFilter) for each in filters):
         raise InputError(f"only singular-value filters have gains to draw, at least one is needed, got {filters!r}")
-    if path.suffix.lower() not in FORMATS:
-        raise InputError(f"the figure is written as one of {', '.join(FORMATS)}, got {str(path)!r}")
-    check_writable(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
+    path = checked_figure(path)
     _draw(filters, sigma_max, path)
     return path
 

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import base64
 import html
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from robust_ik.display.drawn_robot import MissingMesh
 from robust_ik.display.marks import GAMMA
 from robust_ik.display.names import distinct
 from robust_ik.display.pack import packed_scene
@@ -16,15 +14,15 @@ from robust_ik.display.results import results_charts, results_table, swatch
 from robust_ik.display.runs import DrawnRuns, draw_runs
 from robust_ik.display.scene import Scene
 from robust_ik.display.shapes import Color
+from robust_ik.display.stage import Entry, animation_data, missing_notice, node_parts, stage
 from robust_ik.errors import InputError
 from robust_ik.files import write_file
 from robust_ik.inverses import JParse
 from robust_ik.trajectory import Trajectory
 
 PALETTE = ("#1f77c9", "#e08a00", "#8e5bd0", "#12907f", "#b0552f", "#6b7785", "#c04f8f", "#7a8f1e")
-MOST_NAMED = 40
 
-_LEGEND = (
+_LEGEND: tuple[Entry, ...] = (
     ("lost", "arrow", "Lost translation", "The tip can hardly be moved along it any more; the longer, the less."),
     ("lost", "ring", "Lost rotation", "The tool can hardly be turned about its axis any more; the larger, the less."),
     ("ellipsoid", "ellipsoid", "Manipulability", "How fast the tip can move in each direction, joints at unit speed."),
@@ -79,19 +77,13 @@ def report_page(
     body = _body(title, text, names, runs, colors, drawn)
     data = {
         "scene": packed_scene(scene.commands),
-        "groups": {kind: _parts(node.path.lower()) for kind, node in drawn.groups.items()},
+        "groups": {kind: node_parts(node) for kind, node in drawn.groups.items()},
         "runs": [
-            {
-                "name": name,
-                "animation": base64.b64encode(animation.packed()).decode("ascii"),
-                "duration": float(animation.times[-1]),
-                "frames": len(animation.times),
-                "trail": _parts(trail.path.lower()),
-            }
+            {"name": name} | animation_data(animation, trail)
             for name, animation, trail in zip(names, drawn.animations, drawn.trails)
         ],
     }
-    return document(title, body, ["scene.css", "report.css"], ["scene.js", "report.js"], data)
+    return document(title, body, ["scene.css", "report.css"], ["scene.js", "player.js", "report.js"], data)
 
 
 def _named(
@@ -118,22 +110,12 @@ def _body(
         for index, (name, color) in enumerate(zip(names, colors))
     )
     return f"""<main>
-<section class="stage">
-<div class="view">
-<div id="pane"></div>
-<ul class="legend">{_legend(drawn)}</ul>
-</div>
-<div class="player">
-<button type="button" id="play" aria-label="Play or pause"></button>
-<input type="range" id="time" min="0" max="1" step="0.01" value="0" aria-label="Time">
-<output id="clock">0.00 s</output>
-</div>
-</section>
+{stage(_legend(drawn))}
 <aside>
 <h1>{html.escape(title)}</h1>
 <p class="facts">{html.escape(facts)}</p>
 {f"<p>{html.escape(text)}</p>" if text else ""}
-{_notice(drawn.robot.missing_meshes)}
+{missing_notice(drawn.robot.missing_meshes)}
 <div class="methods" role="group" aria-label="Method">{buttons}</div>
 {results_charts(runs, colors)}
 <div class="scroll">{results_table(names, runs, colors)}</div>
@@ -141,39 +123,10 @@ def _body(
 </main>"""
 
 
-def _legend(drawn: DrawnRuns) -> str:
-    """Entries that hide and show what they name; the first of a group does so for all of it."""
-    entries = []
-    for group, icon, name, meaning in _LEGEND:
-        if group == "ellipsoid" and not drawn.ellipsoid_scale:
-            continue
-        entries.append(
-            f'<li><button type="button" data-group="{group}" aria-pressed="true" title="{meaning}">'
-            f'<i class="icon {icon}"></i>{name}</button></li>'
-        )
-    return "".join(entries)
-
-
-def _notice(missing: Sequence[MissingMesh]) -> str:
-    """Says which meshes are not drawn, if any."""
-    if not missing:
-        return ""
-    named = list(dict.fromkeys((lost.name, lost.reason) for lost in missing))
-    lines = "".join(
-        f"<li><code>{html.escape(name)}</code> {html.escape(reason)}</li>" for name, reason in named[:MOST_NAMED]
-    )
-    more = f"<li>and {len(named) - MOST_NAMED} more</li>" if len(named) > MOST_NAMED else ""
-    count = "One mesh is" if len(named) == 1 else f"{len(named)} meshes are"
-    return (
-        f'<details class="notice"{" open" if len(named) < 3 else ""}><summary>{count} not drawn; simple shapes '
-        f"stand in</summary><ul>{lines}{more}</ul></details>"
-    )
+def _legend(drawn: DrawnRuns) -> list[Entry]:
+    return [entry for entry in _LEGEND if drawn.ellipsoid_scale or entry[0] != "ellipsoid"]
 
 
 def _rgba(color: str) -> Color:
     red, green, blue = (int(color[start : start + 2], 16) / 255 for start in (1, 3, 5))
     return red, green, blue, 1.0
-
-
-def _parts(path: str) -> list[str]:
-    return [part for part in path.split("/") if part]

@@ -74,7 +74,7 @@ def draw_runs(scene: Scene, runs: Sequence[Trajectory], colors: Sequence[Color],
     groups = {kind: scene[kind] for kind in ("lost", "ellipsoid", "target", "trail")}
     animations = tuple(Tracks(frames.times) for frames in shown)
     for frames, tracks in zip(shown, animations):
-        _animate_robot(robot, frames, tracks)
+        robot.animate(tracks, frames.q)
     _draw_lost(groups["lost"], shown, animations, lost, 0.28 * size)
     scale = _draw_ellipsoid(groups["ellipsoid"], shown, animations, 0.3 * size)
     _draw_target(groups["target"], shown, animations, size)
@@ -89,14 +89,6 @@ def _check_alike(runs: Sequence[Trajectory]) -> None:
         first, other = runs[0].robot, run.robot
         if (first.description.xml, first.tip, first.nq) != (other.description.xml, other.tip, other.nq):
             raise InputError(f"the runs must be of one robot, got {first!r} and {other!r}")
-
-
-def _animate_robot(robot: DrawnRobot, frames: Frames, tracks: Tracks) -> None:
-    """Tracks for links that the joints move; the others stand where they were put."""
-    moved = set(robot.robot.joint_names)
-    for link in robot.nodes:
-        if moved & set(robot.robot.description.moving_joints(link)):
-            tracks.pose(robot.node(link), robot.robot.pose(frames.q, link))
 
 
 def _draw_lost(

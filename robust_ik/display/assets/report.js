@@ -1,34 +1,22 @@
 (function () {
   const data = JSON.parse(document.getElementById("data").textContent);
   const viewer = openScene(document.getElementById("pane"));
-  const play = document.getElementById("play");
-  const slider = document.getElementById("time");
-  const clock = document.getElementById("clock");
+  const player = openPlayer(viewer, onTime);
   const charts = [...document.querySelectorAll(".chart")];
   const longest = Math.max(...data.runs.map((run) => run.duration)) || 1;
   let current = -1;
-  let shown = -1;
 
-  /* Without WebGL the page still tells its numbers: the same calls, on nothing. */
-  const animator = viewer ? viewer.animator : { time: 0, playing: false };
-  document.body.classList.toggle("without-view", !viewer);
   if (viewer) data.scene.forEach((command) => viewer.handle_command_bytearray(bytesOf(command)));
 
   function choose(index) {
-    const calm = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
-    const { time, playing } = current < 0 ? { time: 0, playing: !calm } : animator;
     current = index;
     mark("[data-run]", (element) => Number(element.dataset.run) === index);
     document.querySelectorAll(".chart").forEach((chart) =>
       chart.querySelectorAll("polyline").forEach((line, i) => line.classList.toggle("current", i === index)));
     const color = document.querySelector(`.methods [data-run="${index}"] .swatch`).style.background;
     document.documentElement.style.setProperty("--current", color);
-    slider.max = data.runs[index].duration;
-    if (!viewer) return;
-    viewer.handle_command_bytearray(bytesOf(data.runs[index].animation));
-    data.runs.forEach((run, i) => viewer.set_property(run.trail, "visible", i === index));
-    seek(time);
-    setPlaying(playing);
+    if (viewer) data.runs.forEach((run, i) => viewer.set_property(run.trail, "visible", i === index));
+    player.start(data.runs[index].animation, data.runs[index].duration);
   }
 
   function mark(selector, isCurrent) {
@@ -36,18 +24,6 @@
       element.classList.toggle("current", isCurrent(element));
       if (element.tagName === "BUTTON") element.setAttribute("aria-pressed", isCurrent(element));
     });
-  }
-
-  function seek(time) {
-    const bounded = Math.min(Math.max(time, 0), data.runs[current].duration);
-    if (viewer) animator.seek(bounded);
-    animator.time = bounded;
-    shown = -1;
-  }
-
-  function setPlaying(playing) {
-    if (viewer && playing !== animator.playing) playing ? animator.play() : animator.pause();
-    play.classList.toggle("playing", playing);
   }
 
   /* The trail is drawn as far as the tip has come. */
@@ -59,13 +35,7 @@
     viewer.set_dirty();
   }
 
-  function tick() {
-    requestAnimationFrame(tick);
-    const time = animator.time;
-    if (time === shown) return;
-    shown = time;
-    slider.value = time;
-    clock.textContent = `${time.toFixed(2)} s`;
+  function onTime(time) {
     for (const chart of charts) {
       const width = chart.viewBox.baseVal.width;
       const x = width * (Number(chart.dataset.left) + Number(chart.dataset.width) * (time / longest));
@@ -79,8 +49,8 @@
   function seekInChart(chart, event) {
     const box = chart.getBoundingClientRect();
     const share = (event.clientX - box.left) / box.width;
-    setPlaying(false);
-    seek(longest * ((share - Number(chart.dataset.left)) / Number(chart.dataset.width)));
+    player.setPlaying(false);
+    player.seek(longest * ((share - Number(chart.dataset.left)) / Number(chart.dataset.width)));
   }
 
   /* #method=NAME&t=SECONDS */
@@ -90,8 +60,8 @@
     if (index >= 0 || current < 0) choose(Math.max(index, 0));
     const time = Number.parseFloat(wanted.get("t"));
     if (Number.isFinite(time)) {
-      setPlaying(false);
-      seek(time);
+      player.setPlaying(false);
+      player.seek(time);
     }
   }
 
@@ -101,20 +71,8 @@
       const address = new URLSearchParams({ method: data.runs[current].name });
       history.replaceState(null, "", `#${address}`);
     }));
-  document.querySelectorAll("[data-group]").forEach((button) =>
-    button.addEventListener("click", () => {
-      const on = button.getAttribute("aria-pressed") !== "true";
-      document.querySelectorAll(`[data-group="${button.dataset.group}"]`).forEach((entry) =>
-        entry.setAttribute("aria-pressed", on));
-      if (viewer) {
-        viewer.set_property(data.groups[button.dataset.group], "visible", on);
-        viewer.set_dirty();
-      }
-    }));
-  play.addEventListener("click", () => setPlaying(!animator.playing));
-  slider.addEventListener("input", () => { setPlaying(false); seek(Number(slider.value)); });
+  followLegend(viewer, data.groups);
   charts.forEach((chart) => chart.addEventListener("pointerdown", (event) => seekInChart(chart, event)));
   window.addEventListener("hashchange", followAddress);
   followAddress();
-  tick();
 })();
