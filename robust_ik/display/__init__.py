@@ -1,6 +1,8 @@
-"""Robots and runs to look at: MeshCat scenes, live or as files. It only ever reads what it is given."""
+"""Robots, runs and singularities to look at: MeshCat scenes, live or as files. It only ever reads what it is given."""
 
+from robust_ik.display.atlas_page import write_atlas_html
 from robust_ik.display.configuration import draw_configuration
+from robust_ik.display.curves import plot_curves
 from robust_ik.display.drawn_robot import DrawnRobot, MissingMesh, draw_robot
 from robust_ik.display.gains import plot_gains
 from robust_ik.display.report import write_html
@@ -14,7 +16,9 @@ __all__ = [
     "draw_configuration",
     "draw_robot",
     "draw_run",
+    "plot_curves",
     "plot_gains",
     "serve",
+    "write_atlas_html",
     "write_html",
 ]

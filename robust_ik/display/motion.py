@@ -61,6 +61,19 @@ def _continued(U: Array, s: Array, before: Array) -> tuple[Array, Array]:
     return turned, s[order]
 
 
+def follow_subspace(bases: Array, first: Array) -> Array:
+    """Bases of a subspace that moves, each turned within it to be nearest to the one before.
+
+    Args:
+        bases: Orthonormal columns in any order, (N, m, k).
+        first: Columns that the first one is to be nearest to, (m, k).
+    """
+    turned, before = np.empty_like(bases), first
+    for i, basis in enumerate(bases):
+        turned[i] = before = basis @ _nearest_turn(basis.T @ before)
+    return turned
+
+
 def _nearest_turn(overlap: Array) -> Array:
     """The orthogonal matrix that is nearest to an overlap (k, k) of two bases of one space (Procrustes)."""
     if len(overlap) == 1:
