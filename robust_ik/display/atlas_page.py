@@ -13,7 +13,7 @@ import numpy as np
 from robust_ik.display.families import Family, Motion, families
 from robust_ik.display.family_rows import family_table
 from robust_ik.display.family_scene import DrawnFamilies, DrawnMotion, draw_families
-from robust_ik.display.family_words import shown_values, twist_words, units
+from robust_ik.display.family_words import shown_values, turning_freely, twist_words, units
 from robust_ik.display.pack import packed_scene
 from robust_ik.display.page import document
 from robust_ik.display.scene import Scene
@@ -23,6 +23,7 @@ from robust_ik.robot import Robot
 from robust_ik.singularities.atlas import SingularityAtlas
 from robust_ik.singularities.facts import RobotFacts
 from robust_ik.singularities.lost import FLAT
+from robust_ik.singularities.strolling import within_limits
 
 PURE = 1e-6
 """A translation with less rotation than this is pure, and the other way round."""
@@ -75,10 +76,11 @@ def atlas_page(atlas: SingularityAtlas, robot: Robot, *, title: str = "") -> str
         "scene": packed_scene(scene.commands),
         "groups": {kind: node_parts(node) for kind, node in drawn.groups.items()},
         "units": units(atlas.robot),
+        "turning": turning_freely(atlas.robot),
         "rows": [
             {
                 "walk": _motion_data(atlas.robot, walk, _walk_caption(family)),
-                "sway": _motion_data(atlas.robot, sway, _sway_caption(family)),
+                "sway": _motion_data(atlas.robot, sway, _sway_caption(atlas.robot, family)),
             }
             for family, walk, sway in zip(shown, drawn.walks, drawn.sways)
         ],
@@ -108,14 +110,14 @@ def _walk_caption(family: Family) -> str:
     return f"Singular all the way: {'; '.join(moving) or 'no joint can move'}{where}."
 
 
-def _sway_caption(family: Family) -> str:
+def _sway_caption(facts: RobotFacts, family: Family) -> str:
     """What is seen on the way out."""
-    way = family.way
+    way, beyond = family.way, "" if within_limits(facts, family.way.values) else " Partly outside the joint limits."
     if abs(way.curvature) < FLAT:
-        return "Joints along a self-motion: to second order the tool gains nothing along what is lost."
+        return f"Joints along a self-motion: to second order the tool gains nothing along what is lost.{beyond}"
     both = float(family.lost.curvature[way.direction].prod()) < 0
     sides = "another self-motion leads to the other side" if both else "to the other side there is no way"
-    return f"Joints along a self-motion, either way: the tool leaves {_leaving(family)}; {sides}."
+    return f"Joints along a self-motion, either way: the tool leaves {_leaving(family)}; {sides}.{beyond}"
 
 
 def _leaving(family: Family) -> str:

@@ -12,7 +12,7 @@ from robust_ik.display.families import Family
 from robust_ik.display.family_words import (
     axis_words,
     curvature_words,
-    joint_word,
+    joint_words,
     limit_words,
     screw_words,
     twist_words,
@@ -67,6 +67,7 @@ def _card(facts: RobotFacts, family: Family) -> str:
     entries = [
         ("Equations", [*stratum.equations, *_unsaid(family)]),
         ("Free joints", [", ".join(f"q{joint + 1}" for joint in stratum.free) or "none"]),
+        ("Example", [f"({', '.join(joint_words(facts, family.walk.values[0]))}), where the walk begins. There:"]),
         ("Lost, world axes", [twist_words(column) for column in lost.twists.T]),
         ("Lost, tool axes", [twist_words(column) for column in lost.tool_twists.T]),
         ("Borne wrench", [screw_words(screw) for screw in lost.screws]),
@@ -100,10 +101,9 @@ def _floor(family: Family) -> list[str]:
 
 def _joints(facts: RobotFacts, family: Family) -> str:
     """Joint values where the walk begins, which a script keeps up to date."""
-    values = family.walk.values[0]
     shown = "".join(
-        f'<span>q{joint + 1} <output data-joint="{joint}">{joint_word(facts, joint, float(value))}</output></span>'
-        for joint, value in enumerate(values)
+        f'<span>q{joint + 1} <output data-joint="{joint}">{word}</output></span>'
+        for joint, word in enumerate(joint_words(facts, family.walk.values[0]))
     )
     outside = "" if family.inside or np.isinf(family.stratum.margin) else "<p>outside the joint limits</p>"
     return f'<div class="joints">{shown}</div>{outside}'

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from robust_ik.checks import Array
 from robust_ik.display import marks
 from robust_ik.display._meshcat import Visualizer
 from robust_ik.display.drawn_robot import DrawnRobot, draw_robot
@@ -16,6 +17,7 @@ from robust_ik.display.runs import TRAIL_COLOR
 from robust_ik.display.scene import Scene
 from robust_ik.display.tracks import Tracks
 from robust_ik.display.wrenches import Wrenches, animate_wrenches, draw_wrenches
+from robust_ik.linalg import svd
 from robust_ik.robot import Robot
 
 MARK, TRAIL = 0.28, 0.005
@@ -103,6 +105,12 @@ def _place_camera(scene: Scene, robot: DrawnRobot, motions: Sequence[Motion]) ->
     seen = np.concatenate(points)
     low, high = seen.min(axis=0), seen.max(axis=0)
     size = float(np.linalg.norm(high - low)) / 2
-    scene.look_at(seen)
+    scene.look_at(seen, _most_lost(motions) if motions else None)
     scene.add_floor(size, min(0.0, float(low[2])))
     return size
+
+
+def _most_lost(motions: Sequence[Motion]) -> Array:
+    """The level direction in which most translations are lost: across the view, their arrows are seen best."""
+    level = np.concatenate([np.swapaxes(motion.twists[:, :2], 0, 1).reshape(2, -1) for motion in motions], axis=1)
+    return np.array([*svd(level @ level.T + 1e-12 * np.diag([1.0, 0.0])).U[:, 0], 0.0])

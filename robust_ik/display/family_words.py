@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from robust_ik.checks import Array
+from robust_ik.display.results import number
+from robust_ik.singularities.angles import wrapped
 from robust_ik.singularities.directions import LostMotion
 from robust_ik.singularities.facts import RobotFacts
 from robust_ik.singularities.lost import FLAT
@@ -25,11 +27,19 @@ def shown_values(facts: RobotFacts, values: Array) -> Array:
     return np.asarray(values * np.where(np.isfinite(facts.chain.period), 180.0 / np.pi, 1.0))
 
 
-def joint_word(facts: RobotFacts, joint: int, value: float) -> str:
-    """One joint value with its unit."""
-    if np.isfinite(facts.chain.period[joint]):
-        return f"{_signed(np.degrees(value), 1)}°"
-    return f"{_signed(value, 3)} m"
+def turning_freely(facts: RobotFacts) -> list[bool]:
+    """Whether whole turns of a joint make no difference: it turns, and has no limits."""
+    endless = ~np.isfinite(facts.lower) & ~np.isfinite(facts.upper)
+    return [bool(each) for each in endless & np.isfinite(facts.chain.period)]
+
+
+def joint_words(facts: RobotFacts, values: Array) -> list[str]:
+    """Joint values, (n,), with their units; angles of joints without limits between −180° and 180°."""
+    values = np.where(turning_freely(facts), wrapped(values, facts.chain.period), values)
+    return [
+        f"{_signed(value, 1)}°" if unit == "°" else f"{_signed(value, 3)} {unit}"
+        for value, unit in zip(shown_values(facts, values), units(facts))
+    ]
 
 
 def limit_words(facts: RobotFacts, stratum: Stratum) -> str:
@@ -83,14 +93,19 @@ def curvature_words(lost: LostMotion, index: int) -> str:
         return f"{which}κ = 0"
     unit = "m/rad²" if np.abs(lost.twists[3:, index]).max() < NOTHING else "per rad²"
     if high - low < FLAT:
-        return f"{which}κ = {_short(low)} {unit}"
-    return f"{which}κ from {_short(low)} to {_short(high)} {unit}"
+        return f"{which}κ = {_digits(low)} {unit}"
+    return f"{which}κ from {_digits(low)} to {_digits(high)} {unit}"
 
 
 def _short(value: float) -> str:
     """Three decimals, without those that are zero."""
     text = f"{float(value):.3f}".rstrip("0").rstrip(".")
     return "0" if text in ("-0", "") else text.replace("-", "−")
+
+
+def _digits(value: float) -> str:
+    """Three digits, however small it is."""
+    return number(value).replace("-", "−")
 
 
 def _signed(value: float, decimals: int) -> str:

@@ -56,7 +56,7 @@ class Curve:
         return wrapped(ends - self.values[: len(ends)], self.period)
 
     def distance(self, values: Array) -> Array:
-        """How far joint values (M, n) are from it in the coupled joints and those that are pinned, (M,)."""
+        """How far joint values (M, n) are from it in the coupled joints alone, (M,)."""
         ways = self.chords if self.ordered else np.zeros_like(self.values)
         away = wrapped(values[:, None] - self.values[: len(ways)], self.period)[..., list(self.joints)]
         ways = ways[:, list(self.joints)]

@@ -50,7 +50,8 @@
     const card = document.getElementById(buttons[current].getAttribute("aria-controls"));
     card.querySelectorAll("output[data-joint]").forEach((output) => {
       const joint = Number(output.dataset.joint);
-      output.textContent = spoken(now[joint], data.units[joint]);
+      const value = data.turning[joint] ? turned(now[joint], "°") : now[joint];
+      output.textContent = spoken(value, data.units[joint]);
     });
     card.querySelectorAll(".now").forEach((dot) => {
       const joints = dot.dataset.joints.split(" ").map(Number);
