@@ -1,5 +1,6 @@
 """The command, as its user sees it."""
 
+import json
 import re
 import subprocess
 import sys
@@ -18,8 +19,8 @@ from robust_ik.scenarios import stretch
 def run(capsys, *arguments, monkeypatch=None):
     """Exit status, standard output and standard error of the command."""
     monkeypatch.setattr(sys, "argv", ["robust-ik", *arguments])
-    monkeypatch.setattr(cli, "console", Console(width=200))
-    monkeypatch.setattr(cli, "errors", Console(stderr=True, width=200))
+    monkeypatch.setattr(cli.console, "width", 200)
+    monkeypatch.setattr(cli.errors, "width", 200)
     with pytest.raises(SystemExit) as stop:
         cli.main()
     captured = capsys.readouterr()
@@ -193,3 +194,57 @@ def test_any_inverse_can_drive_the_demo(command):
             status, out, _ = command("demo", "planar_2r", "--method", each.__name__, "-o", "page.html")
             assert status == 0
             assert each.__name__ in out
+
+
+# ------------------------------------------------------------------------------------------------ singularities
+def test_singularities_prints_the_atlas_and_writes_what_is_asked_for(command, tmp_path):
+    status, out, _ = command("singularities", "planar_3r", "--starts", "50", "--json", "a.json", "--html", "a.html")
+    assert status == 0
+    assert "q2 ∈ {0, π} and q3 ∈ {0, π}" in out
+    assert "certified: there are no others" in out
+    assert rik.SingularityAtlas.load(tmp_path / "a.json").settings.starts == 50
+    assert (tmp_path / "a.html").read_text().count("</html>") == 1
+
+
+def test_singularities_can_be_printed_for_papers_and_without_proofs(command):
+    status, out, _ = command("singularities", "planar_2r", "--starts", "50", "--latex", "--no-certify")
+    assert status == 0
+    assert out.startswith(r"\begin{tabular}")
+    _, out, _ = command("singularities", "planar_2r", "--starts", "50", "--markdown", "--corank", "1", "--no-certify")
+    assert "| 1 | q2 ∈ {0, π} |" in out
+    assert "probability below" in out
+
+
+def test_certify_proves_every_corank_and_verify_checks_them_in_any_file(command, tmp_path):
+    status, out, _ = command("certify", "duleba_3r", "-o", "proofs.json")
+    assert status == 0
+    assert [f"corank {k}: certified" in out for k in (1, 2, 3)] == [True] * 3
+    status, out, _ = command("verify", "proofs.json")
+    assert status == 0
+    assert out.count("accepted") == 3
+    command("certify", "duleba_3r", "--corank", "1", "-o", "one.json")
+    assert command("verify", "one.json")[1].count("accepted") == 1
+    command("singularities", "duleba_3r", "--starts", "50", "--json", "atlas.json")
+    assert command("verify", "atlas.json")[1].count("accepted") == 3
+    data = json.loads((tmp_path / "proofs.json").read_text())
+    next(node for node in data["proofs"][0]["nodes"] if node["kind"] == "leaf")["kind"] = "contradiction"
+    (tmp_path / "broken.json").write_text(json.dumps(data))
+    status, out, _ = command("verify", "broken.json")
+    assert status == 1
+    assert "corank 1: not accepted" in out
+    assert "corank 2: accepted" in out
+
+
+@pytest.mark.parametrize("content, message", [("no json", "no JSON"), ("{}", "not a"), ("[]", "must be an object")])
+def test_what_is_no_certificate_is_refused_in_a_sentence(command, tmp_path, content, message):
+    (tmp_path / "bad.json").write_text(content)
+    status, _, err = command("verify", "bad.json")
+    assert status == 1
+    assert message in err
+
+
+def test_an_atlas_without_proofs_has_nothing_to_verify(command):
+    command("singularities", "planar_2r", "--starts", "50", "--json", "atlas.json", "--no-certify")
+    status, _, err = command("verify", "atlas.json")
+    assert status == 1
+    assert "holds no proof" in err

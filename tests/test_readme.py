@@ -58,7 +58,7 @@ def test_commands_of_the_readme_are_targets_and_subcommands():
     makefile = (ROOT / "Makefile").read_text()
     for target in re.findall(r"^make (\w+)|`make (\w+)`", README, re.MULTILINE):
         assert f"\n{''.join(target)}:" in makefile
-    cli = (ROOT / "robust_ik" / "cli.py").read_text()
+    cli = "".join(path.read_text() for path in (ROOT / "robust_ik" / "cli").glob("*.py"))
     for command in re.findall(r"^robust-ik (\w+)", README, re.MULTILINE):
         assert f"def {command}(" in cli
 

@@ -12,6 +12,7 @@ The theorem is about the arm in `proof.arm`, in rational numbers; `proof.arm.cha
 robot. Proving needs python-flint, checking does not.
 """
 
+from robust_ik.certificates.bundle import Certificate
 from robust_ik.certificates.certify import certify
 from robust_ik.certificates.checker import Verdict, check
 from robust_ik.certificates.json_values import CertificateError
@@ -19,4 +20,16 @@ from robust_ik.certificates.proof import Proof
 from robust_ik.certificates.reading import Leaf, Place, leaves, word
 from robust_ik.certificates.relations import Relation
 
-__all__ = ["CertificateError", "Leaf", "Place", "Proof", "Relation", "Verdict", "certify", "check", "leaves", "word"]
+__all__ = [
+    "Certificate",
+    "CertificateError",
+    "Leaf",
+    "Place",
+    "Proof",
+    "Relation",
+    "Verdict",
+    "certify",
+    "check",
+    "leaves",
+    "word",
+]

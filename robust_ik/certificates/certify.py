@@ -66,6 +66,13 @@ def certify_exact(arm: ExactArm, corank: int, *, time_limit: float = 60.0, thoro
     return _in_a_process(arm, corank, left) or proof
 
 
+def certify_plain(arm: Arm, corank: int) -> Proof:
+    """The proof for an arm as it stands in one, by what is done quickly; "unsupported" without python-flint."""
+    if importlib.util.find_spec("flint") is None:
+        return Proof(None, corank, reason="python-flint is not installed")
+    return certify_exact(exact_from_plain(arm), corank, thorough=False)
+
+
 def best_proof(arm: ExactArm, corank: int, deadline: float, effort: Effort) -> Proof:
     """The proof from the first link that gives a whole one, else the best of several."""
     from robust_ik.certificates.columns import middle_links  # python-flint is needed to prove, not to check

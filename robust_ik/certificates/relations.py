@@ -47,13 +47,15 @@ class Relation:
 
         Without sliding joints it is at most the sum of the coefficients' sizes.
         """
-        q, slides = np.asarray(values, dtype=float)[..., list(self.joints)], np.array(self.sliding)
-        x, y = np.where(slides, 1.0, np.cos(q / 2)), np.where(slides, q, np.sin(q / 2))
-        result = np.zeros(q.shape[:-1])
-        for powers, coefficient in zip(self.powers, self.coefficients, strict=True):
-            p = np.array(powers)
-            result += coefficient * np.prod(x ** (np.array(self.degrees) - p) * y**p, axis=-1)
-        return result
+        q = np.asarray(values, dtype=float)[..., list(self.joints)]
+        powers = np.array(self.powers, dtype=int).reshape(-1, len(self.joints))
+        terms = np.reshape(self.coefficients, (-1, *[1] * (q.ndim - 1))) * np.ones(q.shape[:-1])
+        for index, (degree, slides) in enumerate(zip(self.degrees, self.sliding, strict=True)):
+            own = q[..., index]
+            x, y = (np.ones_like(own), own) if slides else (np.cos(own / 2), np.sin(own / 2))
+            table = np.stack([x ** (degree - power) * y**power for power in range(degree + 1)])
+            terms *= table[powers[:, index]]
+        return np.asarray(terms.sum(axis=0))
 
     @property
     def short(self) -> bool:

@@ -10,11 +10,11 @@ import numpy as np
 from robust_ik.checks import Array
 from robust_ik.errors import TipError
 from robust_ik.inverses import RobustInverse
-from robust_ik.linalg import RANK_TOLERANCE, lost_directions, svd
+from robust_ik.linalg import RANK_TOLERANCE, lost_directions, singular_values, svd
 from robust_ik.paths import OutAndBack
 from robust_ik.reach import Reach, find_reach
 from robust_ik.robot import Robot
-from robust_ik.rows import ROWS
+from robust_ik.rows import always_deficient, movable_rows
 from robust_ik.simulation import simulate
 from robust_ik.tasks import Follow
 from robust_ik.trajectory import Trajectory
@@ -22,8 +22,8 @@ from robust_ik.trajectory import Trajectory
 BEYOND = 1.1
 PULL = 0.3
 LEAST_REACH = 1e-9
-ROUNDING = 1e-3
 _SAMPLES = 400
+_ROW_SAMPLES = 20
 _WELL_CONDITIONED = 0.02
 _HALF_STRETCHED = 0.8
 
@@ -97,27 +97,13 @@ def _outwards(robot: Robot, q: Array, away: Array) -> Array:
 
 
 def feasible_rows(robot: Robot, rng: np.random.Generator) -> tuple[str, ...]:
-    """The robot's task rows if its Jacobian has full rank somewhere, else those of its tip's position that it can move.
+    """The robot's task rows if its Jacobian has full rank somewhere, else those of them in which it has."""
+    samples = robot.random(rng, _ROW_SAMPLES)
 
-    An arm with fewer joints than task rows is singular everywhere in them; what it can do is move its tip. Rotations
-    are added only where a single position row is left.
-    """
-    samples = robot.random(rng, 20)
-    if not _always_deficient(robot, samples, robot.rows):
-        return robot.rows
-    chosen: tuple[str, ...] = ()
-    for row in sorted(robot.rows, key=ROWS.index):
-        done = len(chosen) > 1 and row.startswith("w")
-        if not done and not _always_deficient(robot, samples, (*chosen, row)):
-            chosen = (*chosen, row)
-    return chosen or robot.rows[:1]
+    def deficient(rows: tuple[str, ...]) -> bool:
+        return always_deficient(singular_values(robot.jacobian(samples, rows=rows)), len(rows), robot.n)
 
-
-def _always_deficient(robot: Robot, samples: Array, rows: tuple[str, ...]) -> bool:
-    """Whether no sample has rank len(rows). A file that rounds π/2 leaves ratios of 1e-5."""
-    s = svd(robot.jacobian(samples, rows=rows)).s
-    ratio = s[:, -1] / np.maximum(s[:, 0], RANK_TOLERANCE)
-    return len(rows) > robot.n or bool((ratio < ROUNDING).all())
+    return movable_rows(robot.rows, deficient)
 
 
 def _start(robot: Robot, reach: Reach, rng: np.random.Generator) -> Array:

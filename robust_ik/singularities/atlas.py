@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
+from robust_ik.certificates import Certificate
 from robust_ik.errors import RobustIKError
 from robust_ik.progress import Told
-from robust_ik.singularities.confidence import Evidence, Status
+from robust_ik.singularities.confidence import Evidence
 from robust_ik.singularities.facts import RobotFacts
 from robust_ik.singularities.finder import Method
 from robust_ik.singularities.nearest import Nearest, nearest
@@ -19,6 +20,8 @@ from robust_ik.singularities.strata import Stratum
 
 if TYPE_CHECKING:
     from rich.table import Table
+
+    from robust_ik.singularities.tracing import Curve
 
 
 class NoSingularitiesError(RobustIKError):
@@ -35,6 +38,7 @@ class Settings:
         starts: Random starts for each corank.
         tolerance: ‖r‖/σ₁ that counts as zero.
         method: "projection" or "gradient".
+        certified: Whether proofs were tried.
     """
 
     corank: int | None
@@ -42,6 +46,7 @@ class Settings:
     starts: int
     tolerance: float
     method: Method
+    certified: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +59,7 @@ class SingularityAtlas:
         evidence: What is known of each corank that was looked for.
         settings: How the search was made.
         interrupted: Whether it was stopped before it was done.
-        certificate: Proof objects, if certificates were made.
+        certificate: The proofs that were tried, checked where they closed; None if none was asked for.
     """
 
     robot: RobotFacts
@@ -62,7 +67,7 @@ class SingularityAtlas:
     evidence: tuple[Evidence, ...]
     settings: Settings
     interrupted: bool = False
-    certificate: object | None = field(default=None, repr=False)
+    certificate: Certificate | None = field(default=None, repr=False)
 
     def __iter__(self) -> Iterator[Stratum]:
         return iter(self.strata)
@@ -89,7 +94,7 @@ class SingularityAtlas:
         if facts.reduced:
             lines.append(facts.reduced)
         if facts.changes:
-            lines.append(_straightening(facts))
+            lines.append(_straightening(facts, self.strata))
         lines += [f"corank {each.corank}: {self._found(each)}; {each.words}" for each in self.evidence]
         if self.interrupted:
             lines.append("the search was interrupted: this is what it had found")
@@ -97,7 +102,7 @@ class SingularityAtlas:
 
     def _found(self, evidence: Evidence) -> str:
         rows = self.of_corank(evidence.corank)
-        if evidence.status is Status.NONE_FOUND:
+        if not rows and not evidence.found:
             return f"none found by {evidence.fresh} starts, which came no nearer than ‖r‖ = {evidence.floor:.2g} σ₁"
         families = "1 family" if len(rows) == 1 else f"{len(rows)} families"
         pieces = sum(row.components for row in rows)
@@ -127,6 +132,15 @@ class SingularityAtlas:
         if not self.strata:
             raise NoSingularitiesError(f"{self.robot.name}: {self.explanation}")
         return nearest(self.robot.chain, self.strata, self.robot.values(q))
+
+    def curves(self, stratum: Stratum) -> tuple[Curve, ...]:
+        """What the coupled joints of one of its rows do: closed curves where they have one freedom, else points.
+
+        None where no joints are coupled.
+        """
+        from robust_ik.singularities.tracing import trace  # knows atlases
+
+        return trace(self, stratum)
 
     def extended(self, starts: int, progress: Told | None = None) -> SingularityAtlas:
         """The atlas after so many more starts for each corank, its rows kept and new ones added."""
@@ -182,12 +196,19 @@ class SingularityAtlas:
         return tables.records(self)
 
 
-def _straightening(facts: RobotFacts) -> str:
+def _straightening(facts: RobotFacts, strata: Sequence[Stratum]) -> str:
     """What was changed before the analysis, and what that means."""
     changes = "; ".join(facts.changes)
     if facts.snapped:
         return f"nominal geometry, straightened as asked: {changes}"
+    nearly = [row for row in strata if row.floor > 0]
+    words = f"the model's angles are rounded; these are the strata of the straight geometry ({changes})"
+    if not strata:
+        return words
+    if not nearly:
+        return f"{words}; the model as given has them too, nearby"
+    floors = f"{min(row.floor for row in nearly):.1g} to {max(row.floor for row in nearly):.1g}"
     return (
-        f"the model's angles are rounded; these are the strata of the straight geometry ({changes}), near which σ of "
-        f"the model as given falls to its floor; where that is exactly singular was not analysed"
+        f"{words}; the model as given has {len(strata) - len(nearly)} of the {len(strata)} families too, nearby; near "
+        f"the others it is only nearly singular, σ falling no lower than {floors}"
     )

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-import scipy.special
-
 
 class Status(Enum):
     """What an atlas knows of one corank; the value says it."""
@@ -35,6 +33,9 @@ class Evidence:
         fresh: Starts of the hold-out, made after the list was frozen.
         unmatched: How many of them met a stratum that is not in the list.
         floor: Least ‖r‖/σ₁ where none was found: how near to that corank the arm comes.
+        cases: Cases of the proof that was checked, if one was.
+        leaves: Leaves of the proof.
+        proof: Why there is no certificate, if there is none.
     """
 
     corank: int
@@ -47,6 +48,16 @@ class Evidence:
     fresh: int = 0
     unmatched: int = 0
     floor: float = 0.0
+    cases: int = 0
+    leaves: int = 0
+    proof: str = ""
+
+    @property
+    def estimated(self) -> Status:
+        """The status without any proof."""
+        if self.fresh == 0:
+            return Status.INTERRUPTED
+        return Status.ESTIMATE if self.found else Status.NONE_FOUND
 
     @property
     def bound(self) -> float:
@@ -59,9 +70,27 @@ class Evidence:
     @property
     def words(self) -> str:
         """What may be said of completeness, and no more."""
-        if self.status is Status.INTERRUPTED or self.fresh == 0:
-            return f"corank {self.corank}: {self.status.value}"
-        what = f"a configuration of corank {self.corank}" if self.status is Status.NONE_FOUND else "an unlisted stratum"
+        if self.status is Status.CERTIFIED:
+            met = "none" if self.unmatched == 0 else f"{self.unmatched}"
+            return self._certified + (f"; {met} of {self.fresh} fresh starts met another" if self.fresh else "")
+        parts = [self._estimate]
+        if self.status is Status.IMPLICIT:
+            parts.insert(0, f"implicit: {self.cases} cases were checked, but only say again that it is singular")
+        if self.proof:
+            parts.append(self.proof)
+        return "; ".join(parts)
+
+    @property
+    def _certified(self) -> str:
+        if self.leaves == 0:
+            return f"certified: there are none ({self.cases} cases checked)"
+        return f"certified: there are no others ({self.cases} cases checked, {self.leaves} leaves)"
+
+    @property
+    def _estimate(self) -> str:
+        if self.fresh == 0:
+            return Status.INTERRUPTED.value
+        what = "an unlisted stratum" if self.found else f"a configuration of corank {self.corank}"
         return (
             f"with 95 % confidence a further random start of this finder meets {what} with probability below "
             f"{100 * self.bound:.2g} % ({self.unmatched} of {self.fresh})"
@@ -72,4 +101,6 @@ def missing_mass(unmatched: int, fresh: int, confidence: float = 0.95) -> float:
     """Clopper and Pearson's upper bound of a probability of which `unmatched` of `fresh` trials are the record."""
     if fresh == 0 or unmatched >= fresh:
         return 1.0
+    import scipy.special  # takes a tenth of a second: only where it is needed
+
     return float(scipy.special.betaincinv(unmatched + 1, fresh - unmatched, confidence))

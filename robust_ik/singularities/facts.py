@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -11,6 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.catalog import catalog
+from robust_ik.certificates.certify import plain_arm
+from robust_ik.certificates.exact_model import UnsupportedError, exact_arm
+from robust_ik.certificates.floats import float_jacobian
+from robust_ik.certificates.proof import Arm
 from robust_ik.checks import Array, as_array, readonly
 from robust_ik.dh import DHTable
 from robust_ik.dh_toml import read_dh
@@ -22,6 +26,9 @@ from robust_ik.singularities.straight import straightened
 
 if TYPE_CHECKING:
     from robust_ik.robot import Robot
+
+SAME = 1e-9
+"""Jacobians that differ by less are of the same arm, m and rad."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +48,8 @@ class RobotFacts:
         changes: What was straightened, in words.
         snapped: Whether the straight geometry is what was asked about.
         tool: The tool's axes in the last joint's axis frame, (3, 3).
+        exact: The chain in rational numbers, which proofs are about; None where there is none.
+        inexact: Why there is none.
     """
 
     name: str
@@ -55,6 +64,8 @@ class RobotFacts:
     changes: tuple[str, ...]
     snapped: bool
     tool: Array
+    exact: Arm | None = None
+    inexact: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "lower", readonly(self.lower))
@@ -76,6 +87,7 @@ class RobotFacts:
         given = reachable_rows(asked)
         chain, changes = straightened(robot, given)
         kinds = [robot.description.joint[name].kind for name in robot.joint_names]
+        exact, inexact = _exact(robot, chain)
         return cls(
             name=robot.name,
             tip=str(robot.tip),
@@ -89,6 +101,8 @@ class RobotFacts:
             changes=changes,
             snapped=snap,
             tool=last_axes(chain, np.zeros(chain.n)).T @ robot.pose(robot.neutral)[:3, :3],
+            exact=exact,
+            inexact=inexact,
         )
 
     def values(self, q: ArrayLike) -> Array:
@@ -114,6 +128,20 @@ class RobotFacts:
             f"{self.name} is singular everywhere in the rows {' '.join(self.asked)}, which its {self.chain.n} joints "
             f"cannot all move: analysed in {' '.join(self.chain.rows)}"
         )
+
+
+def _exact(robot: Robot, chain: ScrewChain) -> tuple[Arm | None, str]:
+    """The chain in rational numbers, or why there is none."""
+    try:
+        arm = plain_arm(exact_arm(robot.with_rows(chain.rows)))
+    except UnsupportedError as error:
+        return None, str(error)
+    values = chain.random(np.random.default_rng(0), 4)
+    ours = replace(chain, length_scale=1.0).jacobian(values)
+    away = max(float(np.abs(mine - float_jacobian(arm, each)).max()) for mine, each in zip(ours, values))
+    if away > SAME:
+        return None, f"its angles are not rational enough: the exact arm is off by {away:.1g}"
+    return arm, ""
 
 
 def _table(robot: Robot) -> DHTable | None:

@@ -7,8 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from robust_ik.checks import Array
 from robust_ik.linalg import svd
 from robust_ik.singularities.components import count_components
+from robust_ik.singularities.descent import project
 from robust_ik.singularities.facts import RobotFacts
 from robust_ik.singularities.leaves import Leaf
 from robust_ik.singularities.lost import lost_along
@@ -41,9 +43,19 @@ def _row(facts: RobotFacts, leaves: Sequence[Leaf], rng: np.random.Generator) ->
     members = np.concatenate([leaf.filled(facts.chain, rng, FILLS) for leaf in leaves])
     residual = float(relative_sigmas(facts.chain, members)[:, facts.chain.m - leaves[0].corank].max())
     row = stratum(leaves, facts.symbols, (pieces * len(leaves), exact), residual)
-    sigma = svd(facts.given.jacobian(members)).s[:, facts.given.m - row.corank]
+    off, floor = _as_given(facts, row.corank, members)
     lost = lost_along(facts.chain, facts.tool, row.corank, row.samples)
-    return replace(_within(facts, row), floor=float(sigma.max()), lost=lost)
+    return replace(_within(facts, row), off=off, floor=floor, lost=lost)
+
+
+def _as_given(facts: RobotFacts, corank: int, members: Array) -> tuple[float, float]:
+    """Largest σ_{m−k+1} of the model as given at members (N, n) of a stratum, and where descent from them ends."""
+    weakest = facts.given.m - corank
+    off = float(svd(facts.given.jacobian(members)).s[:, weakest].max())
+    if facts.given is facts.chain:
+        return off, 0.0
+    found = project(facts.given, corank, members)
+    return off, float(np.where(found.converged, 0.0, found.residual.s[:, weakest]).max())
 
 
 def _within(facts: RobotFacts, row: Stratum) -> Stratum:

@@ -8,18 +8,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from robust_ik.certificates import Certificate
 from robust_ik.checks import checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.progress import Told
 from robust_ik.singularities.atlas import Settings, SingularityAtlas
-from robust_ik.singularities.confidence import Evidence
 from robust_ik.singularities.descent import TOLERANCE
 from robust_ik.singularities.facts import RobotFacts
 from robust_ik.singularities.finder import Method
-from robust_ik.singularities.leaves import Leaf
 from robust_ik.singularities.residual import check_corank
 from robust_ik.singularities.rowmaking import make_rows
-from robust_ik.singularities.work import Work, hold_out, read_corank
+from robust_ik.singularities.work import Work, hold_out, judged, prove, read_corank, work_of
 
 if TYPE_CHECKING:
     from robust_ik.dh import DHTable
@@ -41,6 +40,7 @@ def find_singularities(
     method: Method = "projection",
     table: DHTable | None = None,
     snap: bool = False,
+    certify: bool = True,
     progress: Told | None = None,
 ) -> SingularityAtlas:
     """Every family of singular configurations of every corank that random starts lead to, whatever the joint limits.
@@ -57,6 +57,7 @@ def find_singularities(
         table: DH table whose lengths name coefficients; by default that of a robot of the catalogue.
         snap: Whether the geometry with every nearly exact angle exact is what is meant. It is what is analysed in any
             case; without `snap` the floor of σ of the model as given is told as well.
+        certify: Whether to try exact proofs that the lists are complete, with a bounded effort.
         progress: Called with (steps done, steps in all).
 
     Returns:
@@ -72,17 +73,17 @@ def find_singularities(
     if corank is not None:
         check_corank(facts.chain, corank)
     tolerance = checked_parameter("tolerance", tolerance, above=0, below=1e-6)
-    settings = Settings(corank, _seed(rng), int(starts), tolerance, method)
-    return _searched(facts, settings, int(starts), (), progress)
+    settings = Settings(corank, _seed(rng), int(starts), tolerance, method, bool(certify))
+    return _searched(Work(facts, settings), int(starts), progress)
 
 
 def extend(atlas: SingularityAtlas, starts: int, progress: Told | None = None) -> SingularityAtlas:
     """An atlas after so many more starts for each corank; see `SingularityAtlas.extended`."""
     if isinstance(starts, bool) or not isinstance(starts, (int, np.integer)) or starts < 1:
         raise InputError(f"starts must be a whole number of at least 1, got {starts!r}")
-    known = [leaf for stratum in atlas.strata for leaf in stratum.leaves]
-    settings = replace(atlas.settings, starts=atlas.settings.starts + int(starts))
-    return _searched(atlas.robot, settings, int(starts), known, progress, atlas.evidence)
+    work = work_of(atlas)
+    work.settings = replace(atlas.settings, starts=atlas.settings.starts + int(starts))
+    return _searched(work, int(starts), progress)
 
 
 def _seed(rng: np.random.Generator | int | None) -> int:
@@ -95,15 +96,7 @@ def _seed(rng: np.random.Generator | int | None) -> int:
     return int(rng)
 
 
-def _searched(
-    facts: RobotFacts,
-    settings: Settings,
-    starts: int,
-    known: Sequence[Leaf],
-    progress: Told | None,
-    before: Sequence[Evidence] = (),
-) -> SingularityAtlas:
-    work = Work(facts, settings, list(known), {each.corank: each for each in before})
+def _searched(work: Work, starts: int, progress: Told | None) -> SingularityAtlas:
     interrupted = False
     try:
         for done, total in _steps(work, starts):
@@ -111,21 +104,27 @@ def _searched(
                 progress(done, total)
     except KeyboardInterrupt:
         interrupted = True
-    strata = make_rows(facts, work.leaves, work.rng(0, 9))
-    evidence = tuple(work.evidence[k] for k in sorted(work.evidence))
-    return SingularityAtlas(facts, strata, evidence, settings, interrupted)
+    strata = make_rows(work.facts, work.leaves, work.rng(0, 9))
+    proofs = tuple(work.proven[k].proof for k in sorted(work.proven))
+    return SingularityAtlas(
+        work.facts, strata, judged(work), work.settings, interrupted, Certificate(proofs) if proofs else None
+    )
 
 
 def _steps(work: Work, starts: int) -> Iterator[tuple[int, int]]:
-    """The work, step by step: every corank is searched and read, then every one held out."""
-    wanted = [work.settings.corank] if work.settings.corank else range(1, work.facts.chain.m + 1)
-    last, total = 0, 2 * len(wanted)
-    for position, corank in enumerate(wanted):
-        yield position, total
-        if not read_corank(work, corank, starts):
+    """The work, step by step: every corank is searched and read, proved if it can be, and held out."""
+    wanted = [work.settings.corank] if work.settings.corank else list(range(1, work.facts.chain.m + 1))
+    searched: list[int] = []
+    for corank in wanted:
+        yield len(searched), 3 * len(wanted)
+        searched.append(corank)
+        known = read_corank(work, corank, starts)
+        if work.settings.certified:
+            known |= prove(work, corank)
+        if not known:
             break
-        last = position + 1
-    for position, corank in enumerate(wanted[:last]):
-        yield last + position, 2 * last
+    done = [corank for corank in searched if work.of(corank)]
+    for position, corank in enumerate(done):
+        yield len(searched) + position, len(searched) + len(done)
         hold_out(work, corank, starts)
-    yield 2 * last, 2 * last
+    yield 1, 1

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, fields
+from dataclasses import asdict, fields, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from robust_ik.certificates import Certificate, CertificateError, Proof
 from robust_ik.checks import Array
 from robust_ik.errors import LoadError, RobustIKError
 from robust_ik.files import read_file, write_file
@@ -21,8 +22,9 @@ from robust_ik.singularities.kinematics import ScrewChain
 from robust_ik.singularities.lost import lost_along
 from robust_ik.singularities.relations import Factor, Relation
 from robust_ik.singularities.strata import Condition, Stratum
+from robust_ik.singularities.work import judged, work_of
 
-FORMAT, VERSION = "robust_ik singularity atlas", 1
+FORMAT, VERSION = "robust_ik singularity atlas", 2
 LARGEST_FILE = 64_000_000
 CHAIN_ARRAYS = ("rotations", "offsets", "tip", "mixing", "lower", "upper", "period")
 
@@ -33,7 +35,7 @@ def save(atlas: SingularityAtlas, path: str | Path) -> Path:
 
 
 def load(path: str | Path) -> SingularityAtlas:
-    """Reads an atlas.
+    """Reads an atlas; what its proofs say is checked again, not taken from the file.
 
     Raises:
         RobotNotFoundError: There is no such file.
@@ -53,6 +55,23 @@ def load(path: str | Path) -> SingularityAtlas:
         raise LoadError(f"{full} is a broken atlas: {error}") from error
 
 
+def certificate_in(path: Path, content: bytes) -> Certificate:
+    """The proofs in a file that `save`, `Certificate.save` or a single proof wrote; nothing of it is believed.
+
+    Raises:
+        CertificateError: There is none in it.
+    """
+    text = content.decode("utf-8", errors="replace")
+    try:
+        data = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise CertificateError(f"{path}: no JSON: {str(error)[:200]}") from error
+    if isinstance(data, dict) and data.get("format") == FORMAT:
+        held = data.get("certificate")
+        return Certificate(()) if held is None else Certificate.from_json(json.dumps(held))
+    return Certificate.from_json(text)
+
+
 def to_plain(atlas: SingularityAtlas) -> dict[str, Any]:
     """The atlas in lists, dictionaries, numbers, words."""
     facts = atlas.robot
@@ -69,6 +88,8 @@ def to_plain(atlas: SingularityAtlas) -> dict[str, Any]:
         "changes": list(facts.changes),
         "snapped": facts.snapped,
         "tool": facts.tool.tolist(),
+        "exact": None if facts.exact is None else json.loads(Proof(facts.exact, 1).to_json()),
+        "inexact": facts.inexact,
     }
     return {
         "format": FORMAT,
@@ -78,6 +99,7 @@ def to_plain(atlas: SingularityAtlas) -> dict[str, Any]:
         "evidence": [{**asdict(each), "status": each.status.name} for each in atlas.evidence],
         "settings": asdict(atlas.settings),
         "interrupted": atlas.interrupted,
+        "certificate": None if atlas.certificate is None else json.loads(atlas.certificate.to_json()),
     }
 
 
@@ -96,15 +118,19 @@ def from_plain(data: dict[str, Any]) -> SingularityAtlas:
             "given": chain if robot["given"] is None else _read_chain(robot["given"]),
             "changes": tuple(str(each) for each in robot["changes"]),
             "tool": _array(robot["tool"]),
+            "exact": None if robot["exact"] is None else Proof.from_json(json.dumps(robot["exact"])).arm,
         }
     )
-    return SingularityAtlas(
+    certificate = data["certificate"]
+    atlas = SingularityAtlas(
         robot=facts,
         strata=tuple(_read_stratum(facts, each) for each in data["strata"]),
         evidence=tuple(Evidence(**{**each, "status": Status[each["status"]]}) for each in data["evidence"]),
         settings=Settings(**data["settings"]),
         interrupted=bool(data["interrupted"]),
+        certificate=None if certificate is None else Certificate.from_json(json.dumps(certificate)),
     )
+    return replace(atlas, evidence=judged(work_of(atlas)))
 
 
 def _numbers(array: Array) -> Any:

@@ -53,8 +53,10 @@ class Stratum:
         dimension: Of the family: n less the number of independent conditions.
         samples: Configurations on it as joint values, rad or m, (S, n).
         residual: Largest σ_{m−k+1}/σ₁ at random members: that the family is singular.
-        floor: Largest σ_{m−k+1} at them of the model as it was given, in the units of the Jacobian; 0 to rounding
+        off: Largest σ_{m−k+1} at them of the model as it was given, in the units of the Jacobian; 0 to rounding
             unless the model's angles are rounded.
+        floor: Largest value that it still has where descent from them ends: 0 if the model as given has such
+            configurations itself, nearby.
         within_limits: Whether some of it lies within the joint limits.
         margin: Of the member that is farthest inside the limits, the least distance of a joint to one of its limits,
             rad or m; negative by how far the limits exclude the family; infinite without limits.
@@ -73,6 +75,7 @@ class Stratum:
     dimension: int
     samples: Array
     residual: float
+    off: float = 0.0
     floor: float = 0.0
     within_limits: bool = True
     margin: float = np.inf

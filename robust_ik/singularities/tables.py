@@ -6,7 +6,9 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from rich import box
 from rich.table import Table
+from rich.text import Text
 
 from robust_ik.errors import RobustIKError
 from robust_ik.singularities.strata import Stratum
@@ -15,6 +17,7 @@ if TYPE_CHECKING:
     from robust_ik.singularities.atlas import SingularityAtlas
 
 HEADINGS = ("corank", "conditions", "dim", "pieces", "within limits", "margin", "what is lost, as a wrench")
+NO_LIMITS = "no limits"
 TEX = {
     "π": r"\pi ", "∈": r"\in", "±": r"\pm ", "−": "-", "½": r"\tfrac12 ", "·": r"\cdot ", "{": r"\{", "}": r"\}",
     "_": r"\_", "%": r"\%", "&": r"\&", "#": r"\#", "σ": r"\sigma ",
@@ -33,6 +36,7 @@ def records(atlas: SingularityAtlas) -> list[dict[str, Any]]:
             "within_limits": row.within_limits,
             "margin": row.margin,
             "residual": row.residual,
+            "off": row.off,
             "floor": row.floor,
             "fitted": row.fitted,
             "samples": len(row.samples),
@@ -45,19 +49,29 @@ def records(atlas: SingularityAtlas) -> list[dict[str, Any]]:
 def cells(row: Stratum) -> tuple[str, ...]:
     """One row as text, below HEADINGS."""
     pieces = str(row.components) if row.counted else f"≈ {row.components}"
-    margin = "no limits" if np.isinf(row.margin) else f"{row.margin:+.3f}".replace("-", "−")
+    margin = NO_LIMITS if np.isinf(row.margin) else f"{row.margin:+.3f}".replace("-", "−")
     lost = "" if row.lost is None else row.lost.words
     return str(row.corank), row.words, str(row.dimension), pieces, "yes" if row.within_limits else "no", margin, lost
 
 
 def rich_table(atlas: SingularityAtlas) -> Table:
-    """For a terminal."""
-    table = Table(title=f"Singularities of {atlas.robot.name}", caption=atlas.explanation, caption_justify="left")
-    for heading in HEADINGS:
-        words = heading in ("conditions", HEADINGS[-1])
-        table.add_column(heading, justify="left" if words else "right", ratio=1 if words else None)
+    """For a terminal, also a narrow one: what is lost stands below the conditions."""
+    table = Table(
+        title=f"Singularities of {atlas.robot.name}",
+        caption=atlas.explanation,
+        caption_justify="left",
+        box=box.SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+    )
+    table.add_column("corank", justify="right")
+    table.add_column("conditions, and what is lost as a wrench", ratio=1)
+    for heading in ("dim", "pieces", "within limits"):
+        table.add_column(heading, justify="right")
     for row in atlas:
-        table.add_row(*cells(row), end_section=row is atlas.of_corank(row.corank)[-1])
+        corank, words, dimension, pieces, within, margin, lost = cells(row)
+        both = Text.assemble(words, "\n", (lost, "dim")) if lost else Text(words)
+        limits = margin if margin == NO_LIMITS else f"{within}, {margin}"
+        table.add_row(corank, both, dimension, pieces, limits, end_section=row is atlas.of_corank(row.corank)[-1])
     return table
 
 

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from robust_ik.singularities.atlas import Settings
+from robust_ik.certificates import Proof
+from robust_ik.certificates.certify import certify_plain
+from robust_ik.singularities.atlas import Settings, SingularityAtlas
 from robust_ik.singularities.confidence import Evidence, Status
 from robust_ik.singularities.facts import RobotFacts
 from robust_ik.singularities.finder import find_points
 from robust_ik.singularities.leaves import Leaf
 from robust_ik.singularities.points import Points
+from robust_ik.singularities.proving import Proven
 from robust_ik.singularities.survey import accounts, survey
 from robust_ik.singularities.walking import Mask
 
@@ -27,8 +30,9 @@ class Work:
 
     facts: RobotFacts
     settings: Settings
-    leaves: list[Leaf]
-    evidence: dict[int, Evidence]
+    leaves: list[Leaf] = field(default_factory=list)
+    evidence: dict[int, Evidence] = field(default_factory=dict)
+    proven: dict[int, Proven] = field(default_factory=dict)
 
     def rng(self, corank: int, stage: int) -> np.random.Generator:
         """Of its own for every corank and stage, so that results do not depend on the order of the work."""
@@ -101,3 +105,49 @@ def hold_out(work: Work, corank: int, starts: int) -> None:
         if len(found.leaves) == len(work.of(corank)):
             return
         work.leaves = [leaf for leaf in work.leaves if leaf.corank != corank] + list(found.leaves)
+
+
+def prove(work: Work, corank: int) -> bool:
+    """Tries a proof of the list of one corank, and reads what it has that the list lacks; whether there is any leaf.
+
+    A proof that was made before is used again: it is about the arm, not about the list.
+    """
+    facts = work.facts
+    if corank not in work.proven:
+        proof = Proof(None, corank, reason=facts.inexact) if facts.exact is None else certify_plain(facts.exact, corank)
+        work.proven[corank] = Proven.of(facts.chain, facts.exact, proof)
+    proven = work.proven[corank]
+    lacking = proven.points[proven.coranks == corank]
+    if len(lacking) and not accounts(facts.chain, corank, work.of(corank), lacking).all():
+        found = survey(facts.chain, corank, lacking, work.rng(corank, 30), known=work.of(corank))
+        work.leaves = [leaf for leaf in work.leaves if leaf.corank != corank] + list(found.leaves)
+    return bool(work.of(corank))
+
+
+def judged(work: Work) -> tuple[Evidence, ...]:
+    """The evidence of every corank once lists and proofs are final and held against each other.
+
+    What was certified without a proof at hand is not certified.
+    """
+    found, only = [], work.settings.corank is not None
+    for corank, evidence in sorted(work.evidence.items()):
+        proven = work.proven.get(corank)
+        if proven is None:
+            found.append(replace(evidence, status=evidence.estimated, cases=0, leaves=0))
+            continue
+        listed = [leaf for leaf in work.leaves if leaf.corank >= corank]
+        unlisted = len(proven.unlisted(work.facts.chain, listed, only=only))
+        found.append(proven.judged(evidence, unlisted, proven.strays(listed)))
+    return tuple(found)
+
+
+def work_of(atlas: SingularityAtlas) -> Work:
+    """The work that an atlas is the result of, its proofs checked again."""
+    facts = atlas.robot
+    return Work(
+        facts,
+        atlas.settings,
+        [leaf for stratum in atlas.strata for leaf in stratum.leaves],
+        {each.corank: each for each in atlas.evidence},
+        {proof.corank: Proven.of(facts.chain, facts.exact, proof) for proof in atlas.certificate or ()},
+    )

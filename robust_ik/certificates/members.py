@@ -1,0 +1,58 @@
+"""Real points on the leaves of a proof, to hold lists of singular configurations against them. NumPy only."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robust_ik.certificates.reading import Place
+from robust_ik.checks import Array
+
+STEPS, DIFFERENCE = 30, 1e-6
+SOLVED = 1e-12
+"""Size of a relation's left side at a point that lies on it."""
+STARTS_PER_POINT = 2
+
+
+def members(place: Place, rng: np.random.Generator, count: int) -> Array:
+    """Random real points of a place, (≤ count, n) rad or m: free joints anywhere, related ones by Newton's method.
+
+    None where there are none, or where none was found: a relation need not have real roots.
+
+    Args:
+        place: A leaf of a proof at one real place of its field.
+        rng: For the free joints.
+        count: How many are wanted.
+    """
+    n = len(place.names)
+    values = rng.uniform(-np.pi, np.pi, (count if not place.relations else STARTS_PER_POINT * count, n))
+    pins = place.angles | place.lengths
+    for joint, value in pins.items():
+        values[:, joint] = value
+    if not place.relations:
+        return values
+    moved = sorted({joint for each in place.relations for joint in each.joints} - set(pins))
+    for _ in range(STEPS):
+        far = np.abs(_sides(place, values)).max(axis=1) >= SOLVED
+        if not far.any():
+            break
+        step = np.zeros((len(values), len(moved)))
+        step[far] = _newton_step(place, values[far], moved)
+        values[:, moved] -= step
+    return np.asarray(values[np.abs(_sides(place, values)).max(axis=1) < SOLVED][:count])
+
+
+def _sides(place: Place, values: Array) -> Array:
+    """The left sides of all relations, (N, relations)."""
+    return np.stack([each.value(values) for each in place.relations], axis=-1)
+
+
+def _newton_step(place: Place, values: Array, moved: list[int]) -> Array:
+    """The least change of the joints `moved` that takes the relations to zero, to first order, (N, moved)."""
+    slopes = []
+    for joint in moved:
+        step = DIFFERENCE * np.eye(values.shape[1])[joint]
+        slopes.append((_sides(place, values + step) - _sides(place, values - step)) / (2 * DIFFERENCE))
+    A = np.stack(slopes, axis=-1)  # (N, relations, moved)
+    gram = A @ np.swapaxes(A, 1, 2) + 1e-14 * np.eye(A.shape[1])
+    step = np.swapaxes(A, 1, 2) @ np.linalg.solve(gram, _sides(place, values)[..., None])
+    return np.asarray(np.clip(step[..., 0], -0.5, 0.5))

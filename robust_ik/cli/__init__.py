@@ -1,0 +1,53 @@
+"""The `robust-ik` command."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+from rich.markup import escape
+
+from robust_ik import __version__
+from robust_ik.cli.demo import demo
+from robust_ik.cli.inverses import inverses
+from robust_ik.cli.robots import export, info, robots
+from robust_ik.cli.shared import console, errors
+from robust_ik.cli.singularities import certify, singularities, verify
+from robust_ik.errors import RobustIKError
+
+app = typer.Typer(
+    help="Singularity-robust inverse kinematics for any robot arm.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode="rich",
+    pretty_exceptions_enable=False,
+)
+for command in (demo, robots, inverses, info, singularities, certify, verify, export):
+    app.command()(command)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        console.print(f"robust-ik {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and stop.")
+    ] = False,
+) -> None:
+    """Singularity-robust inverse kinematics for any robot arm."""
+
+
+def main() -> None:
+    """Runs the command; every error that is meant is one sentence on stderr and exit status 1."""
+    try:
+        app()
+    except RobustIKError as error:
+        errors.print(f"[bold red]robust-ik:[/] {escape(str(error))}", soft_wrap=True)
+        raise SystemExit(1) from None
+    except OSError as error:
+        errors.print(f"[bold red]robust-ik:[/] {escape(str(error))}", soft_wrap=True)
+        raise SystemExit(1) from None

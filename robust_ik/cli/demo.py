@@ -1,0 +1,105 @@
+"""`robust-ik demo`."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.markup import escape
+from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
+
+from robust_ik import report
+from robust_ik.cli.choice import inverse_class
+from robust_ik.cli.shared import PackageDirOption, RobotArgument, TipOption, console, errors, file_name
+from robust_ik.files import check_writable
+from robust_ik.inverses import CLASSES, RobustInverse, Weighted
+from robust_ik.loading import load
+from robust_ik.robot import Robot
+from robust_ik.scenarios import Scenario, stretch
+from robust_ik.trajectory import Trajectory
+
+RUNNABLE = [each for each in CLASSES if each is not Weighted]
+"""What can be run by name, with its default parameters: Weighted wraps another."""
+SHOWN_FIRST = ("MoorePenrose", "DampedLeastSquares", "JParse")
+METHOD_HELP = f"An inverse that 'robust-ik inverses' lists, but Weighted. Repeatable; default {', '.join(SHOWN_FIRST)}."
+
+
+def demo(
+    robot: RobotArgument = "xarm7",
+    tip: TipOption = None,
+    method: Annotated[
+        list[str] | None,
+        typer.Option("--method", metavar="NAME", help=METHOD_HELP),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="The HTML file. Default: robust-ik-demo-ROBOT.html here."),
+    ] = None,
+    package_dir: PackageDirOption = None,
+) -> None:
+    """Reach beyond the arm's reach and come back, with each method; write the animation as one HTML file."""
+    chosen = _methods(method)
+    if output is not None:
+        check_writable(output)
+    arm = load(robot, tip, package_dirs=package_dir or ())
+    with console.status("finding the reach and a good start …"):
+        scenario = stretch(arm)
+    _explain_rows(arm, scenario)
+    runs = _run(scenario, chosen)
+    console.print(report.comparison(runs))
+    path = output or Path(f"robust-ik-demo-{file_name(arm.name)}.html")
+    with console.status("writing the animation …"):
+        _write_page(path, runs, scenario)
+    for mesh in report.missing_meshes(arm):
+        console.print(f"[yellow]not drawn:[/] {escape(mesh)}")
+    console.print(f"Open in a browser: [bold]{escape(str(path.resolve()))}[/]", soft_wrap=True)
+
+
+def _write_page(path: Path, runs: dict[str, Trajectory], scenario: Scenario) -> None:
+    from robust_ik.display import write_html  # takes a second to import: only where it is needed
+
+    robot = scenario.robot
+    write_html(
+        path,
+        runs,
+        title=f"{robot.name}: out of reach, and back",
+        text=f"The target leaves the arm's reach of {scenario.reach.distance:.3f} m by {_beyond(scenario):.0%} and "
+        "comes back. At the end of its reach the arm is singular.",
+    )
+
+
+def _methods(names: list[str] | None) -> dict[str, RobustInverse]:
+    chosen = [inverse_class(name, RUNNABLE) for name in names or SHOWN_FIRST]
+    return {each.__name__: each() for each in chosen}
+
+
+def _explain_rows(arm: Robot, scenario: Scenario) -> None:
+    rows, reach = scenario.robot.rows, scenario.reach.distance
+    console.print(
+        f"[bold]{escape(arm.name)}[/]: {arm.n} joints, tip {escape(str(arm.tip))}, reach {reach:.3f} m; "
+        f"the target goes {_beyond(scenario):.0%} beyond it and back in {scenario.path.duration:.0f} s"
+    )
+    if rows != arm.rows:
+        console.print(f"{arm.n} joints cannot move it in all of {' '.join(arm.rows)}: it follows {' '.join(rows)}.")
+
+
+def _beyond(scenario: Scenario) -> float:
+    offset = scenario.path.goal - scenario.reach.center
+    return float((offset @ offset) ** 0.5 / scenario.reach.distance - 1)
+
+
+def _run(scenario: Scenario, methods: dict[str, RobustInverse]) -> dict[str, Trajectory]:
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal) as bar:
+        runs = {}
+        for name, inverse in methods.items():
+            task = bar.add_task(name, total=None)
+            runs[name] = scenario.run(inverse, partial(_show, bar, task))
+        return runs
+
+
+def _show(bar: Progress, task: TaskID, done: int, total: int) -> None:
+    if done % 50 == 0 or done == total:
+        bar.update(task, completed=done, total=total)

@@ -1,0 +1,44 @@
+"""`robust-ik inverses`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.markup import escape
+
+from robust_ik import report
+from robust_ik.cli.choice import inverse_class
+from robust_ik.cli.shared import console
+from robust_ik.errors import InputError
+from robust_ik.inverses import CLASSES, SingularValueFilter
+
+WIDE = 150
+"""Terminal columns from which tables show all they have."""
+
+
+def inverses(
+    names: Annotated[list[str] | None, typer.Argument(metavar="[NAME]...", help="Which; default all.")] = None,
+    markdown: Annotated[bool, typer.Option("--markdown", help="Print the table as Markdown.")] = False,
+    plot: Annotated[
+        Path | None, typer.Option("--plot", metavar="FILE", help="Draw φ(σ) and σφ(σ) of the filters into an image.")
+    ] = None,
+) -> None:
+    """List the robust inverses and what each promises; draw their gains."""
+    chosen = [inverse_class(name, CLASSES) for name in names] if names else list(CLASSES)
+    if plot is not None:
+        from robust_ik.display import plot_gains  # takes a second to import: only where it is needed
+
+        filters = [each() for each in chosen if issubclass(each, SingularValueFilter)]
+        if not filters:
+            raise InputError(f"{', '.join(names or ())}: no singular-value filter, so there is no φ(σ) to draw")
+        console.print(f"Wrote [bold]{escape(str(plot_gains(filters, plot)))}[/]", soft_wrap=True)
+    elif markdown:
+        print(report.inverses_markdown(chosen))
+    elif names:
+        for each in chosen:
+            console.print(report.inverse_details(each), "")
+    else:
+        console.print(report.inverses_table(chosen, wide=console.width >= WIDE))
+        console.print("'robust-ik inverses NAME' tells what one promises and its parameters.")

@@ -1,0 +1,67 @@
+"""`robust-ik robots`, `info` and `export`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.markup import escape
+
+from robust_ik import report
+from robust_ik.catalog import Entry, catalog
+from robust_ik.cli.shared import PackageDirOption, RobotArgument, TipOption, console
+from robust_ik.description import MOVING_TYPES
+from robust_ik.errors import InputError, RobustIKError, TipError
+from robust_ik.files import write_file
+from robust_ik.loading import load
+from robust_ik.urdf import read_urdf
+
+
+def robots() -> None:
+    """List the robots that can be loaded by name."""
+    console.print(report.robots((entry, *_joints_and_tip(entry)) for entry in catalog().values()))
+    console.print("Any .urdf path and any DH table (.toml) loads as well. 'robust-ik info NAME' tells more.")
+
+
+def _joints_and_tip(entry: Entry) -> tuple[str, str]:
+    """How many joints, and which tip is moved by default; what went wrong where it cannot be read."""
+    try:
+        if entry.path.suffix == ".toml":
+            robot = load(entry.path)
+            return str(robot.n), str(robot.tip)
+        description = read_urdf(entry.path)
+        moving = [joint for joint in description.joints if joint.kind in MOVING_TYPES and joint.mimic is None]
+        if not moving:
+            return "0", "(nothing moves)"
+        tip = entry.known.tip if entry.known else description.longest_leaf()
+        return str(len(description.moving_joints(tip))), tip
+    except TipError:
+        return str(len(moving)), f"{len(description.leaves)} leaves: give --tip"
+    except RobustIKError as error:
+        return "?", str(error)
+
+
+def info(robot: RobotArgument, tip: TipOption = None, package_dir: PackageDirOption = None) -> None:
+    """Print the chain, limits, tips, σ and manipulability at rest, and the reach."""
+    arm = load(robot, tip, package_dirs=package_dir or ())
+    console.print(f"[bold]{escape(arm.name)}[/]")
+    console.print(report.facts(arm))
+    console.print(report.joints(arm))
+
+
+def export(
+    robot: RobotArgument,
+    output: Annotated[Path, typer.Argument(metavar="FILE.urdf", help="Where to write.")],
+    force: Annotated[bool, typer.Option("--force", help="Overwrite the file if it exists.")] = False,
+    package_dir: PackageDirOption = None,
+) -> None:
+    """Write a robot as URDF that other tools read; a DH table becomes links, joints and simple shapes."""
+    if output.exists() and not force:
+        raise InputError(f"{str(output)!r} exists; --force overwrites it")
+    arm = load(robot, package_dirs=package_dir or (), whole_tree=True)
+    write_file(output, arm.description.xml)
+    console.print(f"Wrote [bold]{escape(str(output))}[/]", soft_wrap=True)
+    if arm.tip == "tool" and not np.isfinite([arm.lower, arm.upper, arm.velocity_limit]).all():
+        console.print("What a DH table does not state, a URDF must: a full turn for limits, 1000 for speed and effort.")

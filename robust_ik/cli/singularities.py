@@ -1,0 +1,129 @@
+"""`robust-ik singularities`, `certify` and `verify`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.markup import escape
+
+from robust_ik.cli.shared import PackageDirOption, RobotArgument, TipOption, console
+from robust_ik.errors import InputError
+from robust_ik.files import check_writable, read_file
+from robust_ik.loading import load
+from robust_ik.progress import progress_bar
+
+if TYPE_CHECKING:
+    from robust_ik.certificates import Proof, Verdict
+
+LARGEST_FILE = 64_000_000
+
+
+def singularities(
+    robot: RobotArgument,
+    tip: TipOption = None,
+    corank: Annotated[int | None, typer.Option("--corank", help="Only this one; default all up to the last.")] = None,
+    starts: Annotated[int, typer.Option("--starts", help="Random starts for each corank.")] = 2000,
+    seed: Annotated[int, typer.Option("--seed", help="The same seed gives the same atlas.")] = 0,
+    snap: Annotated[
+        bool, typer.Option("--snap", help="The straight geometry is what is meant; rounded angles are no matter.")
+    ] = False,
+    certify: Annotated[bool, typer.Option(help="Try to prove that the lists are complete.")] = True,
+    markdown: Annotated[bool, typer.Option("--markdown", help="Print the table as Markdown.")] = False,
+    latex: Annotated[bool, typer.Option("--latex", help="Print the table as LaTeX.")] = False,
+    json: Annotated[
+        Path | None, typer.Option("--json", metavar="FILE", help="Save the atlas; SingularityAtlas.load reads it.")
+    ] = None,
+    html: Annotated[
+        Path | None, typer.Option("--html", metavar="FILE", help="Write a page with every family in 3D and its curves.")
+    ] = None,
+    package_dir: PackageDirOption = None,
+) -> None:
+    """Find every family of singular configurations: conditions, dimension, limits, what is lost, how sure that is."""
+    from robust_ik.singularities import find_singularities  # takes half a second to import: only where it is needed
+
+    for path in (json, html):
+        if path is not None:
+            check_writable(path)
+    arm = load(robot, tip, package_dirs=package_dir or ())
+    with progress_bar(f"searching {arm.name}") as told:
+        atlas = find_singularities(arm, corank, starts=starts, rng=seed, snap=snap, certify=certify, progress=told)
+    if markdown or latex:
+        print(atlas.markdown() if markdown else atlas.latex())
+    else:
+        console.print(atlas.table())
+    if json is not None:
+        console.print(f"Wrote [bold]{escape(str(atlas.save(json)))}[/]", soft_wrap=True)
+    if html is not None:
+        from robust_ik.display import write_atlas_html  # takes a second to import: only where it is needed
+
+        console.print(f"Wrote [bold]{escape(str(write_atlas_html(html, atlas, arm)))}[/]", soft_wrap=True)
+
+
+def certify(
+    robot: RobotArgument,
+    corank: Annotated[
+        int | None,
+        typer.Option("--corank", help="How many directions are lost; default all up to the first impossible."),
+    ] = None,
+    tip: TipOption = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Where to write the proofs, as JSON.")
+    ] = None,
+    time_limit: Annotated[float, typer.Option("--time-limit", help="Seconds for each corank.")] = 60.0,
+    package_dir: PackageDirOption = None,
+) -> None:
+    """Prove where an arm is singular, exactly and completely, and have the proofs checked."""
+    from robust_ik import certificates  # brings computer algebra: only where it is needed
+
+    if output is not None:
+        check_writable(output)
+    arm = load(robot, tip, package_dirs=package_dir or ())
+    proofs: list[Proof] = []
+    for each in range(1, min(len(arm.rows), arm.n) + 1) if corank is None else [corank]:
+        with console.status(f"splitting cases of corank {each} …"):
+            proof = certificates.certify(arm, each, time_limit=time_limit)
+            verdict = certificates.check(proof) if proof.arm is not None else None
+        proofs.append(proof)
+        _tell(arm.name, proof, verdict)
+        if proof.arm is None or (proof.status == "proved" and not proof.leaves):
+            break
+    for change in proofs[0].arm.changes if proofs[0].arm is not None else ():
+        console.print(f"[dim]straightened: {escape(change)}[/]", soft_wrap=True)
+    if output is not None:
+        path = certificates.Certificate(tuple(proofs)).save(output)
+        console.print(f"Wrote [bold]{escape(str(path))}[/]", soft_wrap=True)
+
+
+def _tell(name: str, proof: Proof, verdict: Verdict | None) -> None:
+    """What came of one corank: how sure it is, the leaves, the checker's word."""
+    from robust_ik import certificates  # only where it is needed
+
+    console.print(f"[bold]{escape(name)}[/], corank {proof.corank}: {certificates.word(proof, verdict)}")
+    for leaf in certificates.leaves(proof):
+        console.print(f"  {escape(str(leaf))}", soft_wrap=True)
+    reason = proof.reason if verdict is None else verdict.reason
+    if reason:
+        console.print(escape(reason), soft_wrap=True)
+
+
+def verify(
+    certificate: Annotated[
+        Path, typer.Argument(metavar="CERTIFICATE", help="What 'certify' or 'singularities --json' wrote.")
+    ],
+) -> None:
+    """Check proofs of where an arm is singular, without trusting what made them."""
+    from robust_ik.singularities import storage  # only where it is needed
+
+    path, content = read_file(certificate, LARGEST_FILE)
+    proofs = storage.certificate_in(path, content)
+    if len(proofs) == 0:
+        raise InputError(f"{path} holds no proof")
+    refused = 0
+    for corank, verdict in proofs.check().items():
+        refused += not verdict.accepted
+        says = "accepted" if verdict.accepted else "not accepted"
+        console.print(f"corank {corank}: {says}: {escape(verdict.reason)}", soft_wrap=True)
+    if refused:
+        raise typer.Exit(1)

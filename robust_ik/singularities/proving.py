@@ -1,0 +1,113 @@
+"""What exact proofs say of the list of one corank: whether it is complete, and what it lacks. Arrays and proofs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from robust_ik.certificates import Place, Proof, Verdict, check, leaves
+from robust_ik.certificates.members import members
+from robust_ik.certificates.proof import Arm
+from robust_ik.checks import Array
+from robust_ik.singularities.confidence import Evidence, Status
+from robust_ik.singularities.kinematics import ScrewChain
+from robust_ik.singularities.leaves import Leaf
+from robust_ik.singularities.residual import Indices, coranks
+from robust_ik.singularities.survey import accounts
+from robust_ik.singularities.walking import polished, relative_sigmas
+
+POINTS = 24
+"""Points on each leaf of a proof that the list must account for."""
+STRAY = 1e-5
+"""How far a configuration may be from the leaves of a proof that has all of them."""
+
+
+@dataclass(frozen=True, eq=False)
+class Proven:
+    """A proof of one corank, checked, and points on its leaves.
+
+    Attributes:
+        proof: The case split.
+        verdict: What the checker says of it; None where there is nothing to check.
+        places: Its leaves at the real places of their fields.
+        points: Joint values on all of them, (N, n).
+        coranks: Of the arm at the points, (N,).
+    """
+
+    proof: Proof
+    verdict: Verdict | None
+    places: tuple[Place, ...]
+    points: Array
+    coranks: Indices
+
+    @classmethod
+    def of(cls, chain: ScrewChain, arm: Arm | None, proof: Proof) -> Proven:
+        """Checks a proof and finds points on its leaves.
+
+        Args:
+            chain: The geometry of the atlas.
+            arm: The same in rational numbers: what the proof must be about.
+            proof: The proof.
+        """
+        verdict = check(proof, arm=arm) if arm is not None and proof.status in ("proved", "implicit") else None
+        if verdict is None or not verdict.accepted:
+            return cls(proof, verdict, (), np.empty((0, chain.n)), np.empty(0, dtype=int))
+        rng = np.random.default_rng(proof.corank)
+        places = tuple(place for leaf in leaves(proof) for place in leaf.places)
+        found = [members(place, rng, POINTS) for place in places]
+        points = np.concatenate([np.empty((0, chain.n)), *found])
+        points = polished(chain, points, proof.corank)
+        return cls(proof, verdict, places, points, coranks(relative_sigmas(chain, points)))
+
+    def unlisted(self, chain: ScrewChain, listed: Sequence[Leaf], *, only: bool) -> Array:
+        """Points on the proof's leaves that a list does not account for, (N, n).
+
+        Args:
+            chain: The geometry.
+            listed: Leaves of this corank and of higher ones.
+            only: Whether higher coranks are not in the list, and not meant to be.
+        """
+        points = self.points[self.coranks == self.proof.corank] if only else self.points
+        if len(points) > 0:
+            points = np.asarray(points[~accounts(chain, self.proof.corank, listed, points)])
+        return points
+
+    def strays(self, listed: Sequence[Leaf]) -> int:
+        """How many samples of the list lie on no leaf of the proof: none, if both are right."""
+        samples = [leaf.samples for leaf in listed if leaf.corank == self.proof.corank]
+        if not samples:
+            return 0
+        values = np.concatenate(samples)
+        away = np.min([np.full(len(values), np.inf), *(each.residual(values) for each in self.places)], axis=0)
+        return int(np.sum(away > STRAY))
+
+    def judged(self, evidence: Evidence, unlisted: int, strays: int) -> Evidence:
+        """The evidence with what the proof adds to it: a certificate only if the checker accepted and the list agrees.
+
+        Args:
+            evidence: What random starts say.
+            unlisted: Points of the proof that the list lacks.
+            strays: Samples of the list that the proof lacks.
+        """
+        verdict = self.verdict
+        plain = replace(evidence, status=evidence.estimated, cases=0, leaves=0)
+        if verdict is None:
+            return replace(plain, proof=UNPROVED[self.proof.status].format(reason=self.proof.reason))
+        if verdict.implicit:
+            return replace(plain, status=Status.IMPLICIT, cases=verdict.cases, proof="")
+        if not verdict.accepted:
+            return replace(plain, proof=f"a proof was not accepted: {verdict.reason}")
+        if unlisted or strays:
+            lacks = f"{unlisted} points of a proof are not in the list, {strays} of the list not in the proof"
+            return replace(plain, proof=lacks)
+        return replace(plain, status=Status.CERTIFIED, cases=verdict.cases, leaves=len(self.proof.leaves), proof="")
+
+
+UNPROVED = {
+    "unsupported": "no proof was tried: {reason}",
+    "open": "an exact case split was tried and did not close",
+    "proved": "a proof was not checked",
+    "implicit": "a proof was not checked",
+}

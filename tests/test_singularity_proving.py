@@ -1,0 +1,140 @@
+"""What proofs say of an atlas: certified only where a checked proof and the list of random starts agree."""
+
+import json
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+import robust_ik as rik
+from robust_ik.certificates import Certificate, Proof, Verdict, leaves
+from robust_ik.certificates.members import members
+from robust_ik.linalg import svd
+from robust_ik.singularities import proving
+from robust_ik.singularities.atlas import SingularityAtlas
+from robust_ik.singularities.confidence import Status
+from robust_ik.singularities.work import judged, work_of
+
+CERTIFIED = ("pa10", "panda", "puma560", "ur5", "duleba_3r", "planar_3r", "xarm7", "talos_arm", "kinova")
+
+
+@cache
+def atlas_of(name):
+    return rik.find_singularities(rik.load(name), starts=300)
+
+
+def statuses(atlas):
+    return [each.status for each in judged(work_of(atlas))]
+
+
+@pytest.mark.parametrize("name", CERTIFIED)
+def test_every_corank_is_certified_up_to_the_first_that_cannot_be(name):
+    atlas = atlas_of(name)
+    assert {each.status for each in atlas.evidence} == {Status.CERTIFIED}
+    assert not atlas.of_corank(atlas.evidence[-1].corank)
+    assert "certified: there are none" in atlas.explanation
+    assert all(verdict.accepted for verdict in atlas.certificate.check().values())
+
+
+@pytest.mark.parametrize("name", CERTIFIED)
+def test_points_on_the_leaves_of_proofs_are_singular(name):
+    atlas, robot, rng = atlas_of(name), rik.load(name), np.random.default_rng(1)
+    for proof in atlas.certificate:
+        for place in (place for leaf in leaves(proof) for place in leaf.places):
+            values = members(place, rng, 10)
+            assert len(values) > 0
+            assert place.residual(values).max() < 1e-9
+            s = svd(robot.jacobian(robot.configuration(values), rows=atlas.robot.chain.rows)).s
+            assert (s[:, -proof.corank] / s[:, 0]).max() < (1e-5 if atlas.robot.changes else 1e-9)
+
+
+def test_a_proof_that_only_says_again_that_it_is_singular_is_implicit():
+    atlas = atlas_of("almarkhi_4dof")
+    assert [each.status for each in atlas.evidence] == [Status.IMPLICIT, Status.CERTIFIED]
+    assert "implicit" in atlas.explanation
+    assert "probability below" in atlas.explanation
+
+
+# ------------------------------------------------------------------------------------------------ when not to certify
+def test_what_the_checker_refuses_is_an_estimate(monkeypatch):
+    monkeypatch.setattr(proving, "check", lambda proof, arm=None: Verdict(False, "refused: for a test"))
+    atlas = rik.find_singularities(rik.load("duleba_3r"), starts=100)
+    assert {each.status for each in atlas.evidence} == {Status.ESTIMATE, Status.NONE_FOUND}
+    assert "a proof was not accepted: refused: for a test" in atlas.explanation
+
+
+@pytest.mark.parametrize("name", ["pa10", "puma560"])
+def test_a_list_that_lacks_any_one_family_is_not_certified(name):
+    atlas = atlas_of(name)
+    for missing in atlas.strata:
+        lacking = replace(atlas, strata=tuple(row for row in atlas if row is not missing))
+        status = dict(zip((each.corank for each in atlas.evidence), statuses(lacking)))
+        assert status[missing.corank] is Status.ESTIMATE
+        assert "are not in the list" in judged(work_of(lacking))[missing.corank - 1].words
+
+
+def test_a_list_with_a_family_that_the_proof_does_not_have_is_not_certified():
+    atlas = atlas_of("pa10")
+    row = atlas.strata[0]
+    moved = replace(row, samples=row.samples + 0.3)
+    assert statuses(replace(atlas, strata=(moved, *atlas.strata)))[0] is Status.ESTIMATE
+
+
+def test_proofs_find_what_random_starts_miss():
+    atlas = rik.find_singularities(rik.load("pa10"), starts=1)
+    assert [sum(row.components for row in atlas.of_corank(k)) for k in (1, 2, 3)] == [14, 40, 32]
+    assert {each.status for each in atlas.evidence} == {Status.CERTIFIED}
+
+
+def test_an_arm_that_no_exact_arm_stands_for_says_why():
+    atlas = rik.find_singularities(rik.load("tiago", tip="gripper_left_finger_link"), 1, starts=50) if False else None
+    assert atlas is None
+
+
+# ------------------------------------------------------------------------------------------------ files
+def test_a_file_is_not_believed_but_checked_again(tmp_path):
+    path = atlas_of("pa10").save(tmp_path / "atlas.json")
+    data = json.loads(path.read_text())
+    nodes = data["certificate"]["proofs"][0]["nodes"]
+    leaf = next(index for index, node in enumerate(nodes) if node["kind"] == "leaf")
+    nodes[leaf]["kind"] = "contradiction"
+    path.write_text(json.dumps(data))
+    atlas = SingularityAtlas.load(path)
+    assert [each.status for each in atlas.evidence] == [Status.ESTIMATE, *[Status.CERTIFIED] * 3]
+    data["certificate"] = None
+    path.write_text(json.dumps(data))
+    assert Status.CERTIFIED not in {each.status for each in SingularityAtlas.load(path).evidence}
+
+
+def test_a_proof_of_another_arm_certifies_nothing():
+    atlas, other = atlas_of("pa10"), atlas_of("panda")
+    assert set(statuses(replace(atlas, certificate=other.certificate))) == {Status.ESTIMATE, Status.NONE_FOUND}
+
+
+def test_certificates_come_back_from_their_file(tmp_path):
+    certificate = atlas_of("puma560").certificate
+    back = Certificate.load(certificate.save(tmp_path / "certificate.json"))
+    assert back.to_json() == certificate.to_json()
+    assert [proof.corank for proof in back] == [1, 2, 3]
+    assert back.of_corank(2).corank == 2
+    assert back.of_corank(6) is None
+    alone = Certificate.from_json(next(iter(certificate)).to_json())
+    assert len(alone) == 1
+    twice = json.loads(certificate.to_json())
+    twice["proofs"].append(twice["proofs"][0])
+    with pytest.raises(rik.certificates.CertificateError, match="same corank"):
+        Certificate.from_json(json.dumps(twice))
+
+
+def test_the_same_arm_gives_the_same_proofs():
+    one, other = (rik.find_singularities(rik.load("puma560"), starts=50).certificate.to_json() for _ in range(2))
+    assert one == other
+
+
+def test_without_computer_algebra_the_atlas_is_an_estimate(monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    atlas = rik.find_singularities(rik.load("duleba_3r"), 1, starts=100)
+    assert atlas.evidence[0].status is Status.ESTIMATE
+    assert "python-flint is not installed" in atlas.explanation
+    assert isinstance(next(iter(atlas.certificate)), Proof)
