@@ -1,7 +1,7 @@
 """Leaves along which ∂r/∂q vanishes, as where two factors of a determinant meet for good: read by deed alone.
 
 Their tangent spaces tell nothing, points reach them only slowly, and no walk stays on them. What is left is to move
-joints and to see. Arrays only.
+joints and to see, and to compare points: angles that many share are pinned. Arrays only.
 """
 
 from __future__ import annotations
@@ -13,12 +13,13 @@ import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.linalg import svd
-from robust_ik.singularities.angles import candidates, single, wrapped
+from robust_ik.singularities.angles import Angle, candidates
+from robust_ik.singularities.finder import local_dimensions
 from robust_ik.singularities.kinematics import ScrewChain
 from robust_ik.singularities.leaves import Leaf, Pin, is_singular, nice
 from robust_ik.singularities.relations import Relation, simplest
 from robust_ik.singularities.residual import Residual
-from robust_ik.singularities.walking import Mask
+from robust_ik.singularities.walking import Mask, polished
 
 ROUGH = 2e-3
 """Points that were reached slowly are this far off, rad or m."""
@@ -26,28 +27,43 @@ TRIALS = 3
 MOSTLY = 0.8
 MOST_COUPLED = 3
 NEWTON, STEEP = 5, 1e-3
+EXACTLY = 1e-12
+"""A multiple of π/12 to rounding, rad."""
 FEWEST = 3
 """Fewer points that agree are no family."""
 
 
 def folded_leaves(chain: ScrewChain, values: Array, corank: int, rng: np.random.Generator) -> list[Leaf]:
     """Leaves of free, pinned and related joints that points (N, n) suggest which cannot be read; to be verified."""
+    values = polished(chain, values, corank)
     free = _free(chain, values, corank, rng)
     found = []
     for labels in np.unique(free, axis=0):
         members = values[(free == labels).all(axis=1)]
-        pinned = [int(joint) for joint in np.flatnonzero(~labels) if _is_pinned(chain, members, int(joint))]
+        pinned = _pinned(chain, members, [int(joint) for joint in np.flatnonzero(~labels)])
         while len(members) >= FEWEST and pinned:
-            near = np.abs(wrapped(members - members[0], chain.period))[:, pinned].max(axis=1) < 2 * ROUGH
+            near = np.all(
+                [Pin(angle, float(angle.of(members[0]))).holds(members, 2 * ROUGH) for angle in pinned], axis=0
+            )
             if near.sum() >= FEWEST:
-                found += _leaf(chain, members[near], corank, labels, pinned)
+                found += _leaf(chain, members[near], corank, labels, pinned, rng)
             members = members[~near]
     return found
 
 
-def _is_pinned(chain: ScrewChain, members: Array, joint: int) -> bool:
-    """Whether nearly all points share their value of a joint with others."""
-    apart = np.abs(wrapped(members[:, None, joint] - members[None, :, joint], float(chain.period[joint])))
+def _pinned(chain: ScrewChain, members: Array, joints: list[int]) -> list[Angle]:
+    """Angles of joints, sums of parallel ones too, whose values nearly all points share with others."""
+    found: list[Angle] = []
+    for angle in candidates(chain, joints, members):
+        rows = np.stack([each.row(chain.n) for each in (*found, angle)])
+        if np.linalg.matrix_rank(rows) == len(rows) and _is_pinned(members, angle):
+            found.append(angle)
+    return found
+
+
+def _is_pinned(members: Array, angle: Angle) -> bool:
+    values = angle.of(members)
+    apart = np.abs(angle.wrapped(values[:, None] - values[None]))
     return bool(np.mean(np.sum(apart < 2 * ROUGH, axis=1) >= min(FEWEST, len(members))) > MOSTLY)
 
 
@@ -62,27 +78,55 @@ def _free(chain: ScrewChain, values: Array, corank: int, rng: np.random.Generato
     return free
 
 
-def _leaf(chain: ScrewChain, members: Array, corank: int, labels: Mask, pinned: list[int]) -> list[Leaf]:
+def _leaf(
+    chain: ScrewChain,
+    members: Array,
+    corank: int,
+    labels: Mask,
+    pinned: list[Angle],
+    rng: np.random.Generator,
+) -> list[Leaf]:
     """Pins at the middle of what members have, or at an exact value near it; for the rest one relation, or a curve.
 
-    A curve's dimension is a guess: that there is one condition.
+    Joints that are coupled say nothing of the dimension: it is measured around the members.
     """
-    pins = []
-    for joint in pinned:
-        angle = single(chain, joint)
-        middle = members[0, joint] + float(np.median(angle.wrapped(members[:, joint] - members[0, joint])))
-        pins.append(Pin(angle, nice(angle, middle, ROUGH)))
     free = tuple(int(joint) for joint in np.flatnonzero(labels))
-    coupled = [joint for joint in range(chain.n) if joint not in free and joint not in pinned]
+    spoken = {*free, *(joint for angle in pinned for joint in angle.joints)}
+    coupled = [joint for joint in range(chain.n) if joint not in spoken]
+    members, pins = _pins(chain, members, corank, pinned)
+    dimension = chain.n - len(pins) - bool(coupled)
     if coupled:
-        members = _settled(chain, _moved(members, pins), corank, pinned)
+        members = members[local_dimensions(chain, corank, members, rng) == dimension]
+        if len(members) < FEWEST:
+            return []
     relation = _relation(chain, members, coupled) if coupled else None
     relations = () if relation is None else (relation,)
     curve = tuple(coupled) if relation is None else ()
-    dimension = chain.n - len(pins) - bool(coupled)
-    leaf = Leaf(corank, dimension, tuple(pins), relations, free, curve, members, folded=True)
+    leaf = Leaf(corank, dimension, pins, relations, free, curve, members, folded=True)
     kept = leaf.holds(members, ROUGH)
     return [replace(leaf, samples=leaf.pinned(members[kept]))] if kept.any() else []
+
+
+def _pins(chain: ScrewChain, members: Array, corank: int, pinned: list[Angle]) -> tuple[Array, tuple[Pin, ...]]:
+    """What angles are pinned at, and members that are: first the exact values, then the others, which depend on them.
+
+    Where one value is off by δ in a flat direction, those of steep ones follow it.
+    """
+    exact = [pin for pin in (_middle(angle, members) for angle in pinned) if _is_exact(pin)]
+    members = _settled(chain, _moved(members, exact), corank, [joint for pin in exact for joint in pin.angle.joints])
+    known = {pin.angle: pin for pin in exact}
+    pins = tuple(known.get(angle) or _middle(angle, members) for angle in pinned)
+    return _moved(members, list(pins)), pins
+
+
+def _middle(angle: Angle, members: Array) -> Pin:
+    """An angle at the median of its values, or at an exact value near it."""
+    values = angle.of(members)
+    return Pin(angle, nice(angle, float(values[0] + np.median(angle.wrapped(values - values[0]))), ROUGH))
+
+
+def _is_exact(pin: Pin) -> bool:
+    return abs(float(pin.angle.wrapped(pin.value - nice(pin.angle, pin.value, np.inf)))) < EXACTLY
 
 
 def _moved(values: Array, pins: list[Pin]) -> Array:
@@ -92,7 +136,7 @@ def _moved(values: Array, pins: list[Pin]) -> Array:
 
 
 def _settled(chain: ScrewChain, values: Array, corank: int, pinned: list[int]) -> Array:
-    """Newton steps of the other joints in what is steep, the pinned ones staying where they are."""
+    """Newton steps of the other joints in what is steep, some staying where they are."""
     for _ in range(NEWTON):
         at = Residual.at(chain, values, corank)
         A = at.derivative.copy()

@@ -24,13 +24,15 @@ Values = tuple[float, ...]
 def joined(leaves: Sequence[Leaf]) -> list[Leaf]:
     """The leaves without repetitions, the samples of equal ones together."""
     found: list[Leaf] = []
+    places: dict[tuple[object, ...], list[int]] = {}
     for leaf in leaves:
-        for index, other in enumerate(found):
-            if equal(leaf, other):
-                found[index] = replace(other, samples=np.concatenate([other.samples, leaf.samples]))
-                break
-        else:
+        alike = places.setdefault((leaf.corank, *leaf.shape), [])
+        index = next((i for i in alike if equal(found[i], leaf)), None)
+        if index is None:
+            alike.append(len(found))
             found.append(leaf)
+        else:
+            found[index] = replace(found[index], samples=np.concatenate([found[index].samples, leaf.samples]))
     return found
 
 

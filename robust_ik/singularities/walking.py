@@ -17,7 +17,7 @@ from robust_ik.singularities.residual import Residual, coranks
 Mask = NDArray[np.bool_]
 Indices = NDArray[np.int_]
 
-WEAK, STRONG = 1e-8, 1e-5
+WEAK, STRONG = 1e-10, 1e-5
 """Singular values of ∂r/∂q, relative to σ₁: below the one they are zero, above the other they are not; points with
 others lie too near to a crossing of strata to be read."""
 
