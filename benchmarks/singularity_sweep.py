@@ -48,6 +48,7 @@ class Case:
     tip: str | None
 
     def load(self) -> rik.Robot:
+        """The robot of its catalogue name, cut to the tip."""
         return rik.load(self.name, self.tip)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +26,8 @@ CLEAN = 1e-9
 """σ/σ₁ of members of a leaf with their free joints anywhere."""
 FOLDED = 1e-12
 """The same where ∂r/∂q vanishes: a value that is off by δ shows as δ² only."""
-FILLS = 24
+FILLS, MOVES = 24, 12
+"""Random members for a trial, and for that of each joint that is moved away."""
 AWAY = 0.3
 """Least distance that a pinned joint is moved away to see whether the singularity goes, rad or m."""
 
@@ -90,6 +92,11 @@ class Leaf:
         together |= {joint for pin in self.pins if len(pin.angle.joints) > 1 for joint in pin.angle.joints}
         return tuple(sorted(together - alone))
 
+    @cached_property
+    def values(self) -> Array:
+        """The pinned values, (P,)."""
+        return np.array([pin.value for pin in self.pins])
+
     def holds(self, values: Array, tolerance: float = HOLDS) -> Mask:
         """Whether pins and relations hold at joint values (N, n); a curve says nothing about its joints."""
         result = np.ones(len(values), dtype=bool)
@@ -146,15 +153,19 @@ def verified(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> bool:
     return bool(np.mean(exactly) > 0.8 and readable_as_such)
 
 
+def sound(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> bool:
+    """Whether a leaf passes the trial: members singular wherever their free joints are, no condition superfluous."""
+    return verified(chain, leaf, rng) and not superfluous(chain, leaf, rng)
+
+
 def superfluous(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> list[int]:
     """Joints in conditions that can be moved away, others staying, without the corank falling: none, if all is well."""
     bound = {joint for pin in leaf.pins for joint in pin.angle.joints} | set(leaf.curve)
     bound |= {joint for relation in leaf.relations for joint in relation.joints}
-    found = []
-    for joint in sorted(bound):
-        values = leaf.filled(chain, rng, 12)
+    joints = sorted(bound)
+    values = np.array(leaf.filled(chain, rng, MOVES * len(joints))).reshape(len(joints), MOVES, chain.n)
+    for place, joint in enumerate(joints):
         span = chain.period[joint] if np.isfinite(chain.period[joint]) else 2 * AWAY + 1.0
-        values[:, joint] += rng.uniform(AWAY, span - AWAY, len(values))
-        if np.mean(is_singular(chain, values, leaf.corank)) > 0.8:
-            found.append(joint)
-    return found
+        values[place, :, joint] += rng.uniform(AWAY, span - AWAY, MOVES)
+    singular = is_singular(chain, values.reshape(-1, chain.n), leaf.corank).reshape(len(joints), MOVES)
+    return [joint for joint, still in zip(joints, singular.mean(axis=1)) if still > 0.8]

@@ -13,6 +13,7 @@ from itertools import product
 import numpy as np
 
 from robust_ik.checks import Array
+from robust_ik.singularities.angles import wrapped
 from robust_ik.singularities.leaves import Leaf
 from robust_ik.singularities.relations import Factor, Relation
 
@@ -27,7 +28,8 @@ def joined(leaves: Sequence[Leaf]) -> list[Leaf]:
     places: dict[tuple[object, ...], list[int]] = {}
     for leaf in leaves:
         alike = places.setdefault((leaf.corank, *leaf.shape), [])
-        index = next((i for i in alike if equal(found[i], leaf)), None)
+        near = _near(leaf, [found[i] for i in alike])
+        index = next((i for i, close in zip(alike, near) if close and equal(found[i], leaf)), None)
         if index is None:
             alike.append(len(found))
             found.append(leaf)
@@ -36,11 +38,20 @@ def joined(leaves: Sequence[Leaf]) -> list[Leaf]:
     return found
 
 
+def _near(leaf: Leaf, alike: Sequence[Leaf]) -> list[bool]:
+    """Which leaves of the same angles have nearly the same values."""
+    if not alike:
+        return []
+    periods = np.array([pin.angle.period for pin in leaf.pins])
+    apart = wrapped(np.stack([other.values for other in alike]) - leaf.values, periods)
+    return [bool(close) for close in np.all(np.abs(apart) <= SAME, axis=1)]
+
+
 def equal(one: Leaf, other: Leaf) -> bool:
     """Whether two leaves have the same conditions; of curves, that they are of the same joints."""
     if one.corank != other.corank or one.shape != other.shape:
         return False
-    if any(abs(pin.angle.wrapped(pin.value - also.value)) > SAME for pin, also in zip(one.pins, other.pins)):
+    if not _near(one, [other])[0]:
         return False
     return all(same_coefficients(a, b) for a, b in zip(one.relations, other.relations))
 
@@ -166,34 +177,3 @@ def _box(start: Values, table: dict[Values, Leaf]) -> list[Values]:
 def values_of(leaf: Leaf) -> Values:
     """The pinned values, rounded so that equal ones compare equal."""
     return tuple(round(pin.value, 6) + 0.0 for pin in leaf.pins)
-
-
-def missing(leaves: Sequence[Leaf]) -> list[Leaf]:
-    """Leaves that would fill the combinations of the values that were found for each angle; not verified.
-
-    Args:
-        leaves: Of one corank, none twice.
-    """
-    found: list[Leaf] = []
-    by_form: dict[tuple[tuple[object, ...], ...], list[Leaf]] = {}
-    for leaf in leaves:
-        by_form.setdefault((leaf.shape,), []).append(leaf)
-    for alike in by_form.values():
-        known = {values_of(leaf) for leaf in alike}
-        exact = [{values_of(leaf)[i]: leaf.pins[i].value for leaf in alike} for i in range(len(alike[0].pins))]
-        options = [sorted(each) for each in exact]
-        if np.prod([float(len(each)) for each in options], initial=1.0) > MOST_COMBINATIONS:
-            continue
-        for values in product(*options):
-            if values not in known:
-                pins = tuple(replace(pin, value=exact[i][values[i]]) for i, pin in enumerate(alike[0].pins))
-                found.append(replace(_nearest(alike, values), pins=pins))
-    return found
-
-
-MOST_COMBINATIONS = 1024.0
-
-
-def _nearest(leaves: Sequence[Leaf], values: Values) -> Leaf:
-    """The leaf that shares the most values."""
-    return max(leaves, key=lambda leaf: sum(a == b for a, b in zip(values_of(leaf), values)))

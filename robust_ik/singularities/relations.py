@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from itertools import product
 
 import numpy as np
@@ -138,12 +140,18 @@ def product_bases(angles: Sequence[Angle]) -> list[tuple[Term, ...]]:
 
 def other_bases(angles: Sequence[Angle]) -> list[tuple[Term, ...]]:
     """Products of other degrees, every angle its own, from few to many; of single joints only."""
-    degrees = sorted(product(DEGREES, repeat=len(angles)), key=lambda each: (_size(each), each))
-    return [_products(angles, each) for each in degrees if _size(each) <= MOST_TERMS and _natural(angles, each)]
+    return [_products(angles, each) for each in _degrees(len(angles)) if _natural(angles, each)]
+
+
+@cache
+def _degrees(count: int) -> tuple[tuple[int, ...], ...]:
+    """Degrees of so many angles whose products are not too many, from few to many."""
+    every = sorted(product(DEGREES, repeat=count), key=lambda each: (_size(each), each))
+    return tuple(each for each in every if _size(each) <= MOST_TERMS)
 
 
 def _size(degrees: Sequence[int]) -> int:
-    return int(np.prod(np.array(degrees) + 1))
+    return math.prod(degree + 1 for degree in degrees)
 
 
 def _products(angles: Sequence[Angle], degrees: Sequence[int]) -> tuple[Term, ...]:

@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robust_ik.checks import Array
-from robust_ik.singularities.coupling import coupled_leaves
+from robust_ik.singularities.completing import completed
 from robust_ik.singularities.discovery import discover
 from robust_ik.singularities.folded import folded_leaves
 from robust_ik.singularities.kinematics import ScrewChain
-from robust_ik.singularities.leaves import HOLDS, Leaf, cleaned, superfluous, verified
-from robust_ik.singularities.merging import joined, missing
+from robust_ik.singularities.leaves import HOLDS, Leaf, cleaned, explained, sound
+from robust_ik.singularities.merging import joined
 from robust_ik.singularities.walking import Mask, polished, readable
 
 AT_CROSSINGS = 2e-3
@@ -68,20 +68,13 @@ def survey(
             # What cannot be read where it is may be read beside.
             rest = polished(chain, rest + SHAKE * rng.standard_normal(rest.shape), corank)
         candidates = joined([cleaned(chain, leaf, rng) for leaf in discover(chain, rest, corank, rng)])
-        good = _sound(chain, candidates, rng)
-        rejected += len(candidates) - len(good)
-        leaves = _completed(chain, joined([*leaves, *good]), rng)
+        leaves, failed = _found_anew(chain, leaves, candidates, rng)
+        rejected += failed
         accounted = accounts(chain, corank, [*leaves, *higher], values)
     if not accounted.all():
-        folded = _sound(chain, folded_leaves(chain, values[~accounted], corank, rng), rng)
-        leaves = _completed(chain, joined([*leaves, *folded]), rng)
+        leaves, _ = _found_anew(chain, leaves, folded_leaves(chain, values[~accounted], corank, rng), rng)
         accounted = accounts(chain, corank, [*leaves, *higher], values)
     return Survey(tuple(replace(leaf, samples=leaf.samples[:KEPT]) for leaf in leaves), accounted, rejected)
-
-
-def _sound(chain: ScrewChain, leaves: Sequence[Leaf], rng: np.random.Generator) -> list[Leaf]:
-    """Those that pass the trial: members singular wherever their free joints are, no condition superfluous."""
-    return [leaf for leaf in leaves if verified(chain, leaf, rng) and not superfluous(chain, leaf, rng)]
 
 
 def accounts(chain: ScrewChain, corank: int, leaves: Sequence[Leaf], values: Array) -> Mask:
@@ -100,23 +93,17 @@ def accounts(chain: ScrewChain, corank: int, leaves: Sequence[Leaf], values: Arr
     return result
 
 
-def _completed(chain: ScrewChain, leaves: list[Leaf], rng: np.random.Generator) -> list[Leaf]:
-    """With leaves for combinations of pinned values that no point led to, where trial shows that they exist."""
-    added = []
-    for guess in missing(leaves):
-        if not guess.relations and not guess.curve:
-            options = [replace(guess, samples=guess.filled(chain, rng))]
-        else:
-            options = _guessed(chain, guess, rng)
-        added += _sound(chain, options, rng)
-    return joined([*leaves, *added])
+def _found_anew(
+    chain: ScrewChain, leaves: Sequence[Leaf], candidates: Sequence[Leaf], rng: np.random.Generator
+) -> tuple[list[Leaf], int]:
+    """The leaves with those candidates that pass the trial and what they suggest, and how many do not pass."""
+    good = [leaf for leaf in candidates if sound(chain, leaf, rng)]
+    every = completed(chain, joined([*leaves, *good]), rng)
+    related = [leaf for leaf in every if not leaf.curve]
+    return [leaf for leaf in every if not _is_covered(leaf, related)], len(candidates) - len(good)
 
 
-def _guessed(chain: ScrewChain, guess: Leaf, rng: np.random.Generator) -> list[Leaf]:
-    """The leaves with given pins and coupled joints, by projection of the samples of a similar one."""
-    coupled = {joint for relation in guess.relations for joint in relation.joints} | set(guess.curve)
-    open_ = replace(guess, relations=(), curve=tuple(sorted(coupled)))
-    values = polished(chain, open_.pinned(guess.samples[:60]), guess.corank)
-    clear, dimensions = readable(chain, values, guess.corank)
-    values = values[open_.holds(values) & clear & (dimensions == guess.dimension)]
-    return coupled_leaves(chain, replace(open_, samples=values), rng) if len(values) else []
+def _is_covered(leaf: Leaf, others: Sequence[Leaf]) -> bool:
+    """Whether a curve is one of the other leaves, which say more, unnoticed for want of points."""
+    same = [other for other in others if other.dimension == leaf.dimension]
+    return bool(leaf.curve) and bool(explained(same, leaf.samples).all())
