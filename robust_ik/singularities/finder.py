@@ -39,6 +39,7 @@ def find_points(
     *,
     method: Method = "projection",
     tolerance: float = TOLERANCE,
+    measured: bool = True,
     progress: Progress | None = None,
 ) -> Points:
     """Configurations whose corank is at least k, from random starts; joint limits play no part.
@@ -50,6 +51,7 @@ def find_points(
         rng: For the starts and for what moves them on; the same ones by default.
         method: "projection" (Levenberg-Marquardt on the residual), or "gradient", the paper's own, to compare.
         tolerance: ‖r‖/σ₁ that counts as zero, r being the residual: the k smallest singular values.
+        measured: Whether to measure the dimension by samples where ∂r/∂q does not tell it; else n − rank stands there.
         progress: Called with how many starts are done and how many there are.
 
     Raises:
@@ -69,7 +71,7 @@ def find_points(
             found = gradient_search(chain, corank, part, tolerance)
         else:
             found = search(chain, corank, part, rng, tolerance)
-        parts.append(points_of(chain, corank, found, rng, tolerance))
+        parts.append(points_of(chain, corank, found, rng, tolerance, measured=measured))
         if progress is not None:
             progress(min(first + CHUNK, len(begin)), len(begin))
     return Points.joined(parts)
@@ -124,14 +126,21 @@ def _clear(found: Search, corank: int) -> Mask:
 
 
 def points_of(
-    chain: ScrewChain, corank: int, found: Search, rng: np.random.Generator, tolerance: float = TOLERANCE
+    chain: ScrewChain,
+    corank: int,
+    found: Search,
+    rng: np.random.Generator,
+    tolerance: float = TOLERANCE,
+    *,
+    measured: bool = True,
 ) -> Points:
     """A search as points, with the local dimension of the stratum at each."""
     hit = np.flatnonzero(found.converged)
     values, at = found.values[hit], found.residual.select(hit)
     rank, clear = ranks(at.derivative, at.s[:, 0])
     dimensions = chain.n - rank
-    dimensions[~clear] = local_dimensions(chain, corank, values[~clear], rng, tolerance)
+    if measured:
+        dimensions[~clear] = local_dimensions(chain, corank, values[~clear], rng, tolerance)
     return Points(
         corank=corank,
         values=chain.wrapped(values),

@@ -18,6 +18,9 @@ from robust_ik.singularities.walking import Mask, polished, readable
 
 AT_CROSSINGS = 2e-3
 """Points that cannot be read lie at crossings, where ‖r‖ ≤ 1e-11 still allows such distances, rad or m."""
+NEAR_CROSSINGS, BESIDE, MOSTLY = 0.01, 12, 0.7
+"""At crossings of several strata they may be this far off, rad or m; of so many points around such a one this part must
+lead to known leaves for it to count as one of theirs."""
 SHAKE = 0.1
 ROUNDS = 3
 KEPT = 400
@@ -81,8 +84,25 @@ def accounts(chain: ScrewChain, corank: int, leaves: Sequence[Leaf], values: Arr
     """Which points (N, n), of corank k at least, lie on one of the leaves.
 
     Points that cannot be read are matched with more tolerance; a curve, which has no equation, accounts for those
-    points where its pins hold and that have its dimension, if they can be read.
+    points where its pins hold and that have its dimension, if they can be read. Where several strata cross, ‖r‖ is tiny
+    even farther away from all of them: what counts there is where nearby points lead to.
     """
+    result, plain = _on_leaves(chain, corank, leaves, values)
+    doubtful = np.flatnonzero(~result & ~plain)
+    near: Mask = np.zeros(len(doubtful), dtype=bool)
+    for leaf in leaves:
+        near |= leaf.holds(values[doubtful], NEAR_CROSSINGS)
+    doubtful = doubtful[near]
+    if doubtful.size:
+        around = np.repeat(values[doubtful], BESIDE, axis=0)
+        around = around + NEAR_CROSSINGS * np.random.default_rng(0).standard_normal(around.shape)
+        led, _ = _on_leaves(chain, corank, leaves, polished(chain, around, corank))
+        result[doubtful] = led.reshape(len(doubtful), BESIDE).mean(axis=1) > MOSTLY
+    return result
+
+
+def _on_leaves(chain: ScrewChain, corank: int, leaves: Sequence[Leaf], values: Array) -> tuple[Mask, Mask]:
+    """Which points lie on one of the leaves, and which can be read and seem to have no larger dimension than these."""
     clear, dimensions = readable(chain, values, corank)
     result: Mask = np.zeros(len(values), dtype=bool)
     for leaf in leaves:
@@ -90,7 +110,8 @@ def accounts(chain: ScrewChain, corank: int, leaves: Sequence[Leaf], values: Arr
         if leaf.curve and leaf.corank == corank:
             fits &= ~clear | ((dimensions == leaf.dimension) & (not leaf.folded))
         result |= fits
-    return result
+    largest = max((leaf.dimension for leaf in leaves), default=chain.n)
+    return result, clear & (dimensions <= largest)
 
 
 def _found_anew(

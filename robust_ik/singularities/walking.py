@@ -57,9 +57,13 @@ def tangents(chain: ScrewChain, values: Array, corank: int, dimensions: Indices)
 
 def tangents_at(residual: Residual, dimensions: Indices) -> Array:
     """The same where the residual of the N points is known already."""
-    Vt = svd(residual.derivative).Vt
-    n = residual.derivative.shape[-1]
-    rows = Vt * (np.arange(Vt.shape[1]) < (n - np.asarray(dimensions))[:, None])[..., None]
+    return _along(svd(residual.derivative).Vt, dimensions)
+
+
+def _along(normals: Array, dimensions: Indices) -> Array:
+    """Projectors (N, n, n) onto what is normal to the first n − dimension rows of (N, r, n)."""
+    count, n = normals.shape[1:]
+    rows = normals * (np.arange(count) < (n - np.asarray(dimensions))[:, None])[..., None]
     return np.asarray(np.eye(n) - np.swapaxes(rows, 1, 2) @ rows)
 
 
@@ -68,10 +72,14 @@ def readable(chain: ScrewChain, values: Array, corank: int) -> tuple[Mask, Indic
     if len(values) == 0:
         return np.empty(0, dtype=bool), np.empty(0, dtype=int)
     at = Residual.at(chain, values, corank)
-    a = singular_values(at.derivative) / np.maximum(at.s[:, :1], 1e-300)
+    return _read(at, singular_values(at.derivative), corank)
+
+
+def _read(at: Residual, a: Array, corank: int) -> tuple[Mask, Indices]:
+    a = a / np.maximum(at.s[:, :1], 1e-300)
     rank = np.sum(a > STRONG, axis=1)
     clear = (np.sum(a > WEAK, axis=1) == rank) & (rank > 0) & (coranks(at.s) == corank)
-    return np.asarray(clear), np.asarray(chain.n - rank)
+    return np.asarray(clear), np.asarray(at.derivative.shape[-1] - rank)
 
 
 def relative_sigmas(chain: ScrewChain, values: Array) -> Array:
@@ -120,8 +128,8 @@ def walk(
     for _ in range(steps):
         along = _units((P @ heading[..., None])[..., 0])
         there = polished(chain, here + length * along, corank)
-        P_there = tangents(chain, there, corank, dimensions)
-        allowed = _allowed(chain, corank, dimensions, there, here + length * along, length)
+        P_there, fits = _seen(chain, there, corank, dimensions)
+        allowed = fits & (np.linalg.norm(there - here - length * along, axis=1) <= REFUSED * length)
         allowed &= (still_joints(P_there) == labels).all(axis=1)
         allowed &= np.linalg.norm((P_there @ along[..., None])[..., 0], axis=1) > STRAIGHT
         offset += np.where(allowed[:, None], there - here, 0.0)
@@ -144,10 +152,9 @@ def _units(vectors: Array) -> Array:
     return np.asarray(vectors / np.where(size > 0, size, 1.0))
 
 
-def _allowed(
-    chain: ScrewChain, corank: int, dimensions: Indices, there: Array, predicted: Array, length: float
-) -> Mask:
-    """Whether each corrector stayed on its stratum: short, of exactly the corank, of the same dimension."""
-    short = np.linalg.norm(there - predicted, axis=1) <= REFUSED * length
-    clear, found = readable(chain, there, corank)
-    return np.asarray(short & clear & (found == dimensions))
+def _seen(chain: ScrewChain, values: Array, corank: int, dimensions: Indices) -> tuple[Array, Mask]:
+    """The tangent spaces as projectors, and at which points they are clear, of exactly the corank and the dimension."""
+    at = Residual.at(chain, values, corank)
+    found = svd(at.derivative)
+    clear, its = _read(at, found.s, corank)
+    return _along(found.Vt, dimensions), clear & (its == dimensions)

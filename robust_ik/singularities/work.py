@@ -42,7 +42,7 @@ class Work:
         """Points from fresh starts."""
         return find_points(
             self.facts.chain, corank, starts, self.rng(corank, stage),
-            method=self.settings.method, tolerance=self.settings.tolerance,
+            method=self.settings.method, tolerance=self.settings.tolerance, measured=False,
         )  # fmt: skip
 
     def of(self, corank: int) -> list[Leaf]:
