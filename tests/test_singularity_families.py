@@ -204,3 +204,22 @@ def test_points_off_every_leaf_are_not_accounted_for():
     found = folded_leaves(chain, lost, 1, np.random.default_rng(0))
     assert all(sound(chain, leaf, np.random.default_rng(0)) for leaf in found)
     assert accounts(chain, 1, found, lost).all()
+
+
+# ------------------------------------------------------------------------------------------------ coupled joints
+def test_a_relation_is_not_told_twice_with_other_joints_set_free():
+    """Once q2 and q6 were let go since one relation of q4 and q5 seemed to be two."""
+    robot = rik.Robot.from_dh(structured(6, 5, ("x", "y", "z", "wz")))
+    atlas = find_singularities(robot, 1, starts=150)
+    (row,) = [row for row in atlas if [str(each.angle) for each in row.conditions] == ["q3"]]
+    assert (row.dimension, row.free) == (3, (0,))
+    assert len(row.relations) == 1
+    assert atlas.evidence[0].unmatched == 0
+
+
+def test_sums_that_other_sums_add_up_to_are_no_conditions():
+    robot = rik.Robot.from_dh(structured(10, 5))
+    atlas = find_singularities(robot, 1, starts=80)
+    for row in atlas:
+        angles = [each.angle.row(robot.n) for each in row.conditions]
+        assert np.linalg.matrix_rank(np.array(angles)) == len(angles)

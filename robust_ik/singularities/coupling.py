@@ -12,8 +12,9 @@ from itertools import product
 import numpy as np
 
 from robust_ik.checks import Array
+from robust_ik.linalg import singular_values
 from robust_ik.singularities.angles import Angle, candidates
-from robust_ik.singularities.circuits import Circuit, circuit_groups, independent
+from robust_ik.singularities.circuits import INDEPENDENT, Circuit, circuit_groups, independent
 from robust_ik.singularities.kinematics import ScrewChain
 from robust_ik.singularities.leaves import Leaf, Pin, nice
 from robust_ik.singularities.relations import SHORT, Relation, simplest
@@ -62,11 +63,10 @@ def _first(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> Leaf:
     P = tangents(chain, path, leaf.corank, np.full(len(path), leaf.dimension))
     groups = circuit_groups(candidates(chain, leaf.curve, path), P)
     codimension = chain.n - leaf.dimension - len(leaf.pins)
-    still = [(group, pin) for group in groups if (pin := _still(group, path)) is not None]
-    still = [pair for i, pair in enumerate(still) if pair[1].angle not in [pin.angle for _, pin in still[:i]]]
+    still = _independent([(group, pin) for group in groups if (pin := _still(group, path)) is not None], chain.n)
     leaf = replace(leaf, pins=(*leaf.pins, *(pin for _, pin in still)))
     values = leaf.samples[leaf.holds(leaf.samples)]
-    coupled = [group for group in groups if all(group is not other for other, _ in still)]
+    coupled = [group for group in groups if _still(group, path) is None]
     chosen = _conditions(coupled, values, [group[0].normals for group, _ in still], codimension)
     if any(relation is None for _, relation in chosen):
         longer = _walked(chain, path[:WALKERS], leaf, LONG_WALK, rng)
@@ -86,7 +86,9 @@ def _conditions(
     groups: list[list[Circuit]], values: Array, normals: list[Array], count: int, *, odd: bool = False
 ) -> list[tuple[list[Circuit], Relation | None]]:
     """The circuits with the shortest relations that together, with some normals known, cut out the codimension."""
-    fitted = [(group, simplest([circuit.angles for circuit in group], values, odd=odd)) for group in groups]
+    fitted = [
+        (group, _own(group, simplest([circuit.angles for circuit in group], values, odd=odd))) for group in groups
+    ]
     fitted.sort(key=lambda pair: (len(pair[0][0].joints), SHORT + 1) if pair[1] is None else (0, len(pair[1].terms)))
     chosen, normals = [], list(normals)
     for group, relation in fitted:
@@ -96,9 +98,26 @@ def _conditions(
     return chosen
 
 
+def _own(group: Sequence[Circuit], relation: Relation | None) -> Relation | None:
+    """A fit that leaves out joints of every circuit says what a smaller one does, not what these do."""
+    if relation is None or any(set(circuit.joints) <= set(relation.joints) for circuit in group):
+        return relation
+    return None
+
+
 def _still(group: Sequence[Circuit], path: Array) -> Pin | None:
     """A sum or difference of the angles of a circuit that has one value along a walk."""
     return next((pin for each in group for option in _sums(each.angles) if (pin := _standing(option, path))), None)
+
+
+def _independent(still: Sequence[tuple[list[Circuit], Pin]], n: int) -> list[tuple[list[Circuit], Pin]]:
+    """Those angles that stand still, without what others of them add up to."""
+    kept: list[tuple[list[Circuit], Pin]] = []
+    for group, pin in still:
+        rows = np.stack([each.angle.row(n) for _, each in (*kept, (group, pin))])
+        if singular_values(rows)[-1] > INDEPENDENT:
+            kept.append((group, pin))
+    return kept
 
 
 def _sums(angles: Sequence[Angle]) -> list[Angle]:

@@ -19,7 +19,7 @@ from robust_ik.singularities.kinematics import ScrewChain
 from robust_ik.singularities.leaves import Leaf, Pin, is_singular, nice
 from robust_ik.singularities.relations import Relation, simplest
 from robust_ik.singularities.residual import Residual
-from robust_ik.singularities.walking import Mask, polished
+from robust_ik.singularities.walking import POLISHED, Mask, polished
 
 ROUGH = 2e-3
 """Points that were reached slowly are this far off, rad or m."""
@@ -94,12 +94,15 @@ def _leaf(
     spoken = {*free, *(joint for angle in pinned for joint in angle.joints)}
     coupled = [joint for joint in range(chain.n) if joint not in spoken]
     members, pins = _pins(chain, members, corank, pinned)
-    dimension = chain.n - len(pins) - bool(coupled)
+    dimension = chain.n - len(pins)
     if coupled:
-        members = members[local_dimensions(chain, corank, members, rng) == dimension]
-        if len(members) < FEWEST:
-            return []
-    relation = _relation(chain, members, coupled) if coupled else None
+        measured = local_dimensions(chain, corank, members, rng, POLISHED)
+        dimension = int(np.bincount(measured).argmax())
+        members = members[measured == dimension]
+    if len(members) < FEWEST:
+        return []
+    single = dimension == chain.n - len(pins) - 1
+    relation = _relation(chain, members, coupled) if coupled and single else None
     relations = () if relation is None else (relation,)
     curve = tuple(coupled) if relation is None else ()
     leaf = Leaf(corank, dimension, pins, relations, free, curve, members, folded=True)

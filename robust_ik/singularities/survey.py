@@ -75,7 +75,8 @@ def survey(
         rejected += failed
         accounted = accounts(chain, corank, [*leaves, *higher], values)
     if not accounted.all():
-        leaves, _ = _found_anew(chain, leaves, folded_leaves(chain, values[~accounted], corank, rng), rng)
+        folded = [cleaned(chain, leaf, rng) for leaf in folded_leaves(chain, values[~accounted], corank, rng)]
+        leaves, _ = _found_anew(chain, leaves, folded, rng)
         accounted = accounts(chain, corank, [*leaves, *higher], values)
     return Survey(tuple(replace(leaf, samples=leaf.samples[:KEPT]) for leaf in leaves), accounted, rejected)
 
