@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
 
-from robust_ik.certificates.cases import Factor, Node
+from robust_ik.certificates.cases import Factor, Form, Node, Pin
 from robust_ik.certificates.proof import Proof
 
 P = 2**61 - 1
@@ -17,7 +17,10 @@ def spoiled(proof: Proof) -> Iterator[tuple[str, Proof]]:
     for index, node in enumerate(proof.nodes):
         for name, other in [*_splits(node), *_others(proof, node)]:
             yield f"{name} in case {index}", _with(proof, index, other)
+        for name, whole in _infinite(proof, index, node):
+            yield f"{name} in case {index}", whole
     yield from _arms(proof)
+    yield from _kinds(proof)
 
 
 def _with(proof: Proof, index: int, node: Node) -> Proof:
@@ -55,10 +58,11 @@ def _splits(node: Node) -> Iterator[tuple[str, Node]]:
             )
         smaller = replace(node.source, rows=node.source.rows[:-1], columns=node.source.columns[:-1])
         yield "a smaller minor", replace(node, source=smaller)
-        twice = replace(node.source, columns=(*node.source.columns[:-1], node.source.columns[0]))
-        yield "a column twice", replace(node, source=twice)
-        same = replace(node.source, rows=(*node.source.rows[:-1], node.source.rows[0]))
-        yield "a row twice", replace(node, source=same)
+        if len(node.source.columns) > 1:
+            twice = replace(node.source, columns=(*node.source.columns[:-1], node.source.columns[0]))
+            yield "a column twice", replace(node, source=twice)
+            same = replace(node.source, rows=(*node.source.rows[:-1], node.source.rows[0]))
+            yield "a row twice", replace(node, source=same)
 
 
 def _factors(factor: Factor) -> Iterator[tuple[str, Factor]]:
@@ -103,6 +107,33 @@ def _others(proof: Proof, node: Node) -> Iterator[tuple[str, Node]]:
                 break
         yield "a case put into itself", replace(node, leaf=proof.nodes.index(node))
         yield "a case left open", replace(node, kind="open")
+
+
+def _infinite(proof: Proof, index: int, node: Node) -> Iterator[tuple[str, Proof]]:
+    """Sliding joints at d = ∞, which is no configuration."""
+    assert proof.arm is not None
+    for joint in proof.arm.sliding:
+        if node.kind in ("split", "contradiction") and joint not in node.state.pinned:
+            pins = sorted((*node.state.pins, Pin(joint, ("0",), ("1",))), key=lambda pin: pin.joint)
+            leaf = Node(replace(node.state, pins=tuple(pins)), "leaf")
+            form = Form((joint,), (1,), (((0,), ("1",)),))  # x, which is 1: the product stays what it is
+            more = (*node.factors, Factor("pin", form, 1, len(proof.nodes)))
+            grown = replace(proof, nodes=(*proof.nodes, leaf))
+            yield "a leaf at infinity", _with(grown, index, replace(node, kind="split", factors=more))
+            if node.source is not None and node.source.kind == "minor":
+                yield "a degree of a length", _with(proof, index, replace(node, degrees=(*node.degrees, (joint, 2))))
+        if node.kind == "leaf" and joint in node.state.pinned:
+            pins = [replace(pin, x=("0",), y=("1",)) if pin.joint == joint else pin for pin in node.state.pins]
+            away = replace(node, state=replace(node.state, pins=tuple(pins)))
+            yield "a leaf moved to infinity", _with(proof, index, away)
+
+
+def _kinds(proof: Proof) -> Iterator[tuple[str, Proof]]:
+    """Joints that turn where they slid, and the other way round."""
+    assert proof.arm is not None
+    for joint in range(len(proof.arm.joints)):
+        sliding = tuple(sorted(set(proof.arm.sliding) ^ {joint}))
+        yield f"joint {joint + 1} of the other kind", replace(proof, arm=replace(proof.arm, sliding=sliding))
 
 
 def _arms(proof: Proof) -> Iterator[tuple[str, Proof]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import random
 import subprocess
 import sys
@@ -16,8 +17,9 @@ import pytest
 
 import robust_ik as rik
 from robust_ik.certificates import CertificateError, Proof, certify, check, leaves, word
+from robust_ik.certificates.cases import Form, Node, Source, State
 from robust_ik.certificates.certify import _in_a_process, certify_exact, plain_arm
-from robust_ik.certificates.exact_model import ExactArm, exact_arm
+from robust_ik.certificates.exact_model import ExactArm, exact_arm, half_angle
 from robust_ik.certificates.rational import turn
 from robust_ik.certificates.reading import Place
 from robust_ik.certificates.roots import real_root_count, real_roots
@@ -36,11 +38,18 @@ PROVED = {
     ("puma560", 2): 8,
     ("puma560", 3): 0,
     ("ur5", 1): 5,
+    ("ur5", 2): 20,
+    ("ur5", 3): 16,
+    ("ur5", 4): 0,
     ("panda", 1): 9,
+    ("panda", 2): 20,
     ("panda", 3): 0,
     ("xarm7", 3): 0,
 }
 SHIFTS = tuple(Fraction(*pair) for pair in ((6, 11), (-3, 7), (5, 9), (2, 3), (-1, 4), (7, 5), (1, 2)))
+
+
+XYZ = ("x", "y", "z")
 
 
 @cache
@@ -67,11 +76,11 @@ def test_it_is_proved_checked_and_has_the_known_number_of_leaves(name, corank):
     assert word(found, verdict) == "certified"
 
 
-def test_pa10_is_proved_and_checked_in_under_five_seconds():
+def test_pa10_is_proved_and_checked_in_under_five_seconds_of_work():
     robot("pa10")
-    start = time.perf_counter()
+    start = time.process_time()
     assert all(check(certify(robot("pa10"), corank).to_json()).accepted for corank in (1, 2, 3, 4))
-    assert time.perf_counter() - start < 5.0
+    assert time.process_time() - start < 5.0
 
 
 def test_the_dimensions_of_pa10_are_those_of_the_paper():
@@ -121,6 +130,38 @@ def test_the_elbow_of_puma_is_an_algebraic_angle_with_its_isolating_value():
     elbow = next(leaf for leaf in leaves(proof("puma560", 1)) if len(leaf.places) == 2)
     found = sorted(place.angles[2] for place in elbow.places)
     np.testing.assert_allclose(np.sin(found) * 0.0203 + np.cos(found) * 0.4331, [0.0, 0.0], atol=1e-12)
+
+
+# ---------------------------------------------------------------------------------------------------- other rows
+ROWS = {"d": XYZ, "p": ("x", "z"), "w": ("wx", "wy", "wz"), "s": (*XYZ, "wz"), "6": (*XYZ, "wx", "wy", "wz")}
+OTHER_ROWS = [
+    ("planar_2r", "6", 1, {"proved"}),  # fewer joints than rows: two parallel axes never become one
+    ("planar_3r", "6", 1, {"proved"}),
+    ("planar_3r", "d", 1, {"proved"}),  # y cannot be moved: singular everywhere
+    ("duleba_3r", "6", 1, {"proved"}),
+    ("duleba_3r", "p", 1, {"proved", "implicit"}),
+    ("duleba_3r", "w", 1, {"proved"}),
+    ("almarkhi_4dof", "d", 1, {"implicit"}),
+    ("almarkhi_4dof", "6", 1, {"proved", "implicit"}),
+    ("almarkhi_4dof", "p", 1, {"open"}),
+    ("puma560", "d", 1, {"proved"}),
+    ("puma560", "w", 1, {"proved"}),
+    ("puma560", "s", 1, {"proved"}),  # a relation whose only root is q5 = π
+]
+
+
+@pytest.mark.parametrize("name, rows, corank, status", OTHER_ROWS)
+def test_other_rows_and_short_arms_are_proved_or_honestly_not(name, rows, corank, status):
+    arm = robot(name).with_rows(ROWS[rows])
+    found = certify(arm, corank, thorough=False)
+    verdict = check(found)
+    assert found.status in status
+    assert (verdict.accepted, verdict.implicit) == (found.status == "proved", found.status == "implicit")
+    rng, rank = np.random.default_rng(4), min(len(arm.rows), arm.n)
+    for place in (place for leaf in leaves(found) if found.status == "proved" for place in leaf.places):
+        q = fill(place, rng)
+        if q is not None:
+            assert np.linalg.svd(arm.jacobian(arm.configuration(q)), compute_uv=False)[rank - corank] < 1e-9
 
 
 # ---------------------------------------------------------------------------------------------------- chart shift
@@ -248,9 +289,7 @@ def test_random_damage_to_the_json_gives_a_verdict_not_a_traceback():
             data = json.loads(text)
             spots = list(_spots(data["nodes"]))
             holder, key = rng.choice(spots)
-            holder[key] = rng.choice(
-                [-1, 0, 1, 2, 7, 19, "0", "1", "2/3", [], [[0], ["1"]], {}, None, ["0", "1"], ["1"]]
-            )
+            holder[key] = rng.choice(DAMAGE)
             verdict = check(json.dumps(data), rounds=1)
             assert verdict.accepted or verdict.reason
 
@@ -260,6 +299,39 @@ def _spots(data):
         yield data, key
         if isinstance(data[key], (dict, list)):
             yield from _spots(data[key])
+
+
+def test_proofs_from_before_sliding_joints_are_read_as_of_arms_that_turn():
+    data = json.loads(proof("puma560", 1).to_json())
+    del data["arm"]["sliding"]
+    verdict = check(json.dumps(data))
+    assert not verdict.accepted
+    assert "which joints slide" in verdict.reason
+    data["version"] = 1
+    assert Proof.from_json(json.dumps(data)) == proof("puma560", 1)
+    assert check(json.dumps(data)).accepted
+    data["arm"]["sliding"] = [1]
+    assert "which joints slide" in check(json.dumps(data)).reason
+
+
+def test_a_joint_that_a_relation_only_names_cannot_be_eliminated():
+    """The determinant of no rows is 1: two relations without the joint would be a contradiction."""
+    found = proof("duleba_3r", 1)
+    root = found.nodes[0]
+    wide = [  # the relations name every joint, the others with degree 0
+        Form((0, 1, 2), tuple(dict(zip(f.joints, f.degrees)).get(j, 0) for j in range(3)), terms)
+        for f in (factor.form for factor in root.factors if factor.kind == "relation")
+        for terms in [tuple((tuple(dict(zip(f.joints, p)).get(j, 0) for j in range(3)), c) for p, c in f.terms)]
+    ]
+    assert wide
+    form = wide[0]
+    state = State(generators=(form,))
+    source = Source("resultant", first=0, second=0, joint=0)
+    index = len(found.nodes)
+    factors = [replace(f, form=form, child=index) if f.kind == "relation" else f for f in root.factors]
+    nodes = (replace(root, factors=tuple(factors)), *found.nodes[1:], Node(state, "contradiction", source))
+    verdict = check(replace(found, nodes=nodes))
+    assert "does not involve the joint" in verdict.reason
 
 
 def test_a_proof_survives_json():
@@ -301,13 +373,11 @@ def test_certified_is_said_only_after_the_checker():
 
 
 def test_what_is_not_supported_is_a_status():
-    table = rik.DHTable(
-        (rik.DHJoint(a=0, d=0, alpha=0, kind="prismatic", lower=0, upper=1), rik.DHJoint(a=1, d=0, alpha=0)), "standard"
-    )
-    found = certify(rik.Robot.from_dh(table), 1)
+    found = certify(rik.load("double_pendulum", whole_tree=True), 1)
     assert found.status == word(found) == "unsupported"
-    assert "prismatic" in found.reason
+    assert "without a tip" in found.reason
     assert not check(found).accepted
+    assert leaves(found) == ()
 
 
 def test_out_of_time_is_open_not_proved():
@@ -319,6 +389,49 @@ def test_a_process_of_its_own_gives_the_same_proof_and_is_ended_in_time():
     arm = exact_arm(robot("duleba_3r"))
     assert _in_a_process(arm, 1, 30.0).nodes == proof("duleba_3r", 1).nodes
     assert _in_a_process(arm, 1, 0.01) is None
+
+
+QUICK = """
+import sys, robust_ik as rik
+from robust_ik.certificates import certify
+for name, corank in (("panda", 2), ("ur5", 1), ("b1_z1", 1)):
+    sys.stdout.write(certify(rik.load(name), corank, thorough=False).to_json())
+"""
+
+
+def test_the_same_arm_gives_the_same_proof_to_the_letter():
+    """What is counted is steps, not seconds, and no order is that of a hash; "b1_z1" stays open."""
+    runs = [
+        subprocess.run(
+            [sys.executable, "-c", QUICK],
+            env=os.environ | {"PYTHONHASHSEED": seed},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        for seed in ("1", "2")
+    ]
+    assert runs[0].stdout == runs[1].stdout
+    assert '"status":"open"' in runs[0].stdout
+    assert runs[0].stdout.startswith(certify(robot("panda"), 2, thorough=False).to_json())
+
+
+def general(n: int) -> ExactArm:
+    """An arm without any structure."""
+    rng, links = random.Random(n), []
+    for _ in range(n + 1):
+        tilt = half_angle(Fraction(rng.randint(-99, 99), 100))
+        links.append((turn(0, *tilt), tuple(Fraction(rng.randint(-500, 500), 1000) for _ in range(3))))
+    return ExactArm("general", tuple(f"joint{i}" for i in range(1, n + 1)), tuple(links), robot("pa10").rows)
+
+
+@pytest.mark.parametrize("n, corank", [(4, 1), (5, 1), (6, 2), (7, 1), (7, 3)])
+def test_without_a_process_arms_without_structure_are_given_up_after_a_few_seconds_of_work(n, corank):
+    start = time.process_time()
+    found = certify_exact(general(n), corank, thorough=False)
+    assert time.process_time() - start < 10.0
+    assert found.status in ("open", "implicit", "proved")
+    assert all(node.reason != "out of time" for node in found.nodes)
 
 
 @pytest.mark.parametrize("corank", [0, 7, 1.0, "1"])
@@ -338,8 +451,8 @@ def test_what_snapping_changed_is_reported():
 def fill(place: Place, rng: np.random.Generator) -> np.ndarray | None:
     """A random configuration of a place: relations are solved one after the other by bisection."""
     q = rng.uniform(-np.pi, np.pi, len(place.names))
-    for joint, angle in place.angles.items():
-        q[joint] = angle
+    for joint, value in (place.angles | place.lengths).items():
+        q[joint] = value
     done: set[int] = set()
     for relation in reversed(place.relations):
         joint = next(j for j in relation.joints if j not in done)

@@ -68,9 +68,10 @@ def _point(proof: Proof, node: Node, rng: random.Random, prime: int) -> Point | 
     for index, joint in reversed(node.relations):
         polynomial = collect(node.state.generators[index], joint, point, ring)
         root = random_root(polynomial, prime, rng)
-        if root is None:
+        at_pi = root is None and polynomial[-1] % prime == 0 and joint not in proof.arm.sliding
+        if root is None and not at_pi:
             return None
-        point[joint] = (1, root)
+        point[joint] = (0, 1) if root is None else (1, root)
     return point
 
 
