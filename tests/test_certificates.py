@@ -314,6 +314,16 @@ def test_proofs_from_before_sliding_joints_are_read_as_of_arms_that_turn():
     assert "which joints slide" in check(json.dumps(data)).reason
 
 
+@pytest.mark.parametrize("kind", ["unreal", "roots", "pin", "relation"])
+def test_a_factor_without_a_joint_is_refused_with_a_sentence(kind):
+    found = proof("duleba_3r", 1)
+    root = found.nodes[0]
+    odd = replace(root.factors[0], kind=kind, form=Form((), (), (((), ("1",)),)))
+    verdict = check(replace(found, nodes=(replace(root, factors=(odd, *root.factors)), *found.nodes[1:])))
+    assert not verdict.accepted
+    assert verdict.reason.startswith("refused: ")
+
+
 def test_a_joint_that_a_relation_only_names_cannot_be_eliminated():
     """The determinant of no rows is 1: two relations without the joint would be a contradiction."""
     found = proof("duleba_3r", 1)

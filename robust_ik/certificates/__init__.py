@@ -8,6 +8,9 @@ for leaf in leaves(proof):
 word(proof, verdict)                # "certified" only if the checker accepted
 ```
 
+`certify(robot, 1, thorough=False)` starts no process and counts its work in steps: the same arm gives the same proof,
+to the letter. Joints turn or slide; a sliding joint's pin is a length, "joint3 = 0.25 m".
+
 The theorem is about the arm in `proof.arm`, in rational numbers; `proof.arm.changes` says how it differs from the
 robot. Proving needs python-flint, checking does not.
 """

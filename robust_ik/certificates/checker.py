@@ -177,6 +177,7 @@ class _Round:
             elif factor.kind == "unreal":
                 check_unreal(factor)
             else:
+                require(len(factor.form.joints) == 1, "roots of what is not of one joint")
                 self._branches(node, factor)
 
     def _branches(self, node: Node, factor: Factor) -> None:

@@ -22,8 +22,8 @@ def require(condition: object, why: str) -> None:
 
 def univariate(form: Form) -> list[Fraction]:
     """A form in one joint with rational coefficients, as a polynomial in t = y/x with no root at t = ∞."""
+    require(len(form.joints) == 1, "a factor of one joint involves several, or none")
     values = [Fraction(0)] * (form.degrees[0] + 1)
-    require(len(form.joints) == 1, "a factor of one joint involves several")
     for powers, coefficient in form.terms:
         require(len(coefficient) == 1, "a factor of one joint is not rational")
         values[powers[0]] += Fraction(coefficient[0])
