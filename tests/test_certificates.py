@@ -404,7 +404,7 @@ def test_a_process_of_its_own_gives_the_same_proof_and_is_ended_in_time():
 QUICK = """
 import sys, robust_ik as rik
 from robust_ik.certificates import certify
-for name, corank in (("panda", 2), ("ur5", 1), ("b1_z1", 1)):
+for name, corank in (("panda", 1), ("ur5", 2), ("b1_z1", 1)):
     sys.stdout.write(certify(rik.load(name), corank, thorough=False).to_json())
 """
 
@@ -423,7 +423,7 @@ def test_the_same_arm_gives_the_same_proof_to_the_letter():
     ]
     assert runs[0].stdout == runs[1].stdout
     assert '"status":"open"' in runs[0].stdout
-    assert runs[0].stdout.startswith(certify(robot("panda"), 2, thorough=False).to_json())
+    assert runs[0].stdout.startswith(certify(robot("panda"), 1, thorough=False).to_json())
 
 
 def general(n: int) -> ExactArm:
