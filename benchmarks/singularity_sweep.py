@@ -25,19 +25,21 @@ from benchmarks.tables import markdown, parser, publish
 from robust_ik.catalog import EXAMPLES, Entry, catalog
 from robust_ik.linalg import svd
 from robust_ik.singularities.atlas import SingularityAtlas
+from robust_ik.singularities.confidence import Status
 from robust_ik.singularities.constants import screws_at_zero
 from robust_ik.singularities.strata import Stratum
 from robust_ik.urdf import read_urdf
 
 JOINTS = (6, 7)
 COLUMNS = (
-    "robot", "tip", "joints", "rows / pieces by corank", "spurious rows", "unexplained", "unmatched of fresh", "CPU s",
+    "robot", "tip", "joints", "rows / pieces by corank", "spurious rows", "unexplained", "unmatched of fresh",
+    "certified coranks", "CPU s",
 )  # fmt: skip
 MEMBERS = 20
 SINGULAR, REGULAR = 1e-9, 1e-6
 """σ_{m−k+1}/σ₁ of a member, at most, and where a condition is broken, at least."""
 ROUNDED = 50
-"""A model whose angles are rounded comes as near as so many times the floor that its row tells."""
+"""A model whose angles are rounded comes as near as so many times what its row tells."""
 
 
 @dataclass(frozen=True)
@@ -102,7 +104,7 @@ def _is_sound(robot: rik.Robot, atlas: SingularityAtlas, row: Stratum, rng: np.r
     bound = sorted({joint for each in row.conditions for joint in each.angle.joints} | set(_coupled(row)))
     for leaf in row.leaves:
         members = leaf.filled(atlas.robot.chain, rng, MEMBERS)
-        if _last(robot, atlas, members, row.corank).max() > max(SINGULAR, ROUNDED * row.floor):
+        if _last(robot, atlas, members, row.corank).max() > max(SINGULAR, ROUNDED * row.off):
             return False
         away = members + rng.uniform(0.3, 1.0, (len(bound), MEMBERS, 1)) * np.eye(robot.n)[bound][:, None]
         if any(np.median(_last(robot, atlas, moved, row.corank)) < REGULAR for moved in away):
@@ -135,8 +137,14 @@ def measure(case: Case) -> tuple[str, ...]:
     unmatched, fresh = sum(each.unmatched for each in atlas.evidence), sum(each.fresh for each in atlas.evidence)
     return (
         case.name, str(robot.tip), str(robot.n), ", ".join(counts) or "none", str(spurious(robot, atlas)),
-        str(unexplained), f"{unmatched} of {fresh}", f"{took:.1f}",
+        str(unexplained), f"{unmatched} of {fresh}", _certified(atlas), f"{took:.1f}",
     )  # fmt: skip
+
+
+def _certified(atlas: SingularityAtlas) -> str:
+    """The coranks whose list is proved to be complete, of all that were looked for."""
+    proved = [str(each.corank) for each in atlas.evidence if each.status is Status.CERTIFIED]
+    return "all" if len(proved) == len(atlas.evidence) else " ".join(proved) or "none"
 
 
 def sweep(chosen: Sequence[Case], jobs: int) -> list[tuple[str, ...]]:

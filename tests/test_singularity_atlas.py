@@ -66,15 +66,19 @@ def check_no_spurious_row(name):
 
 
 # ------------------------------------------------------------------------------------------------ known answers
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("seed", range(20))
 def test_pa10_has_the_rows_of_the_paper_and_no_other(seed):
-    atlas = atlas_of("pa10", seed)
+    atlas = find_singularities(rik.load("pa10"), starts=200, rng=seed, certify=False)
     assert atlas.highest == 3
     for corank, expected in PA10.items():
         assert {row.words: (row.dimension, row.components) for row in atlas.of_corank(corank)} == expected
     assert [sum(row.components for row in atlas.of_corank(k)) for k in (1, 2, 3)] == [14, 40, 32]
     assert all(row.counted for row in atlas)
     assert all(each.unmatched == each.unexplained == 0 for each in atlas.evidence)
+
+
+def test_the_rows_of_pa10_are_certified():
+    atlas = atlas_of("pa10")
     assert [each.status for each in atlas.evidence] == [Status.CERTIFIED] * 4
     assert [each.leaves for each in atlas.evidence] == [14, 40, 32, 0]
 

@@ -15,6 +15,7 @@ from robust_ik.singularities import proving
 from robust_ik.singularities.atlas import SingularityAtlas
 from robust_ik.singularities.confidence import Status
 from robust_ik.singularities.work import judged, work_of
+from robust_ik.urdf import parse_urdf
 
 CERTIFIED = ("pa10", "panda", "puma560", "ur5", "duleba_3r", "planar_3r", "xarm7", "talos_arm", "kinova")
 
@@ -88,8 +89,19 @@ def test_proofs_find_what_random_starts_miss():
 
 
 def test_an_arm_that_no_exact_arm_stands_for_says_why():
-    atlas = rik.find_singularities(rik.load("tiago", tip="gripper_left_finger_link"), 1, starts=50) if False else None
-    assert atlas is None
+    """One joint follows another: the finder takes it, proofs do not."""
+    links = "".join(f'<link name="l{i}"/>' for i in range(5))
+    joints = "".join(
+        f'<joint name="j{i}" type="revolute"><parent link="l{i}"/><child link="l{i + 1}"/><origin xyz="0.4 0 0"/>'
+        f'<axis xyz="{axis}"/><limit lower="-3" upper="3" velocity="1" effort="1"/>{mimic}</joint>'
+        for i, (axis, mimic) in enumerate(
+            [("0 0 1", ""), ("0 1 0", ""), ("0 1 0", '<mimic joint="j1" multiplier="0.5"/>'), ("0 1 0", "")]
+        )
+    )
+    tree = parse_urdf(f'<robot name="r">{links}{joints}</robot>')
+    atlas = rik.find_singularities(rik.Robot.from_description(tree, "l4", rows=("x", "y", "z")), 1, starts=100)
+    assert atlas.evidence[0].status is Status.ESTIMATE
+    assert "no proof was tried: joint 'j2' follows 'j1': not supported" in atlas.explanation
 
 
 # ------------------------------------------------------------------------------------------------ files

@@ -8,6 +8,7 @@ import numpy as np
 
 from robust_ik.certificates import Proof
 from robust_ik.certificates.certify import certify_plain
+from robust_ik.checks import Array
 from robust_ik.singularities.atlas import Settings, SingularityAtlas
 from robust_ik.singularities.confidence import Evidence, Status
 from robust_ik.singularities.facts import RobotFacts
@@ -26,13 +27,23 @@ HOLDOUTS = 2
 
 @dataclass
 class Work:
-    """What a search has done so far; it survives an interruption."""
+    """What a search has done so far; it survives an interruption.
+
+    Attributes:
+        facts: What is searched.
+        settings: How.
+        leaves: What was found.
+        evidence: What is known of each corank.
+        proven: The proofs that were tried.
+        unread: Points that the leaves found at first did not account for, (N, n) for each corank.
+    """
 
     facts: RobotFacts
     settings: Settings
     leaves: list[Leaf] = field(default_factory=list)
     evidence: dict[int, Evidence] = field(default_factory=dict)
     proven: dict[int, Proven] = field(default_factory=dict)
+    unread: dict[int, Array] = field(default_factory=dict)
 
     def rng(self, corank: int, stage: int) -> np.random.Generator:
         """Of its own for every corank and stage, so that results do not depend on the order of the work."""
@@ -71,9 +82,10 @@ def read_corank(work: Work, corank: int, starts: int) -> bool:
     exact = np.concatenate([part.coranks for part in parts]) == corank
     found = survey(work.facts.chain, corank, values[exact], work.rng(corank, 3), known=work.of(corank))
     work.leaves = [leaf for leaf in work.leaves if leaf.corank != corank] + list(found.leaves)
+    work.unread[corank] = values[exact][~found.explained]
     added = Evidence(
         corank, Status.INTERRUPTED, sum(len(part) + part.failed for part in parts), len(values), int(exact.sum()),
-        unexplained=int(np.sum(~found.explained)), rejected=found.rejected,
+        rejected=found.rejected,
     )  # fmt: skip
     work.evidence[corank] = _add(work, corank, added)
     return True
@@ -132,6 +144,9 @@ def judged(work: Work) -> tuple[Evidence, ...]:
     found, only = [], work.settings.corank is not None
     for corank, evidence in sorted(work.evidence.items()):
         proven = work.proven.get(corank)
+        if corank in work.unread:
+            unexplained = int(np.sum(~accounts(work.facts.chain, corank, work.of(corank), work.unread[corank])))
+            evidence = replace(evidence, unexplained=unexplained)
         if proven is None:
             found.append(replace(evidence, status=evidence.estimated, cases=0, leaves=0))
             continue
