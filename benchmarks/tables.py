@@ -9,15 +9,18 @@ from pathlib import Path
 DOCS = Path(__file__).parents[1] / "docs"
 
 
-def markdown(columns: Sequence[str], rows: Sequence[Sequence[str]], *, text_last: bool = False) -> str:
-    """A Markdown table; the first column is text, and the last one if so said, the others are numbers.
+def markdown(
+    columns: Sequence[str], rows: Sequence[Sequence[str]], *, text_last: bool = False, text: bool = False
+) -> str:
+    """A Markdown table; the first column is text, and the last one or all if so said, the others are numbers.
 
     Args:
         columns: Titles.
         rows: Cells.
         text_last: Whether the last column is text.
+        text: Whether all columns are.
     """
-    numbers = ["---:"] * (len(columns) - 1 - text_last)
+    numbers = ["---" if text else "---:"] * (len(columns) - 1 - text_last)
     lines = [columns, ["---", *numbers, *(["---"] if text_last else [])], *rows]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
@@ -40,7 +43,12 @@ def publish(table: str, page: str, mark: str, *, write: bool) -> None:
     """
     print(table)
     if write:
-        path, begin, end = DOCS / page, f"<!-- {mark}: begin -->", f"<!-- {mark}: end -->"
-        text = path.read_text(encoding="utf-8")
-        before, after = text.split(begin)[0], text.split(end)[1]
-        path.write_text(f"{before}{begin}\n{table}\n{end}{after}", encoding="utf-8")
+        insert(table, DOCS / page, mark)
+
+
+def insert(table: str, path: Path, mark: str) -> None:
+    """Puts a table between `<!-- mark: begin -->` and `<!-- mark: end -->` of a page."""
+    begin, end = f"<!-- {mark}: begin -->", f"<!-- {mark}: end -->"
+    text = path.read_text(encoding="utf-8")
+    before, after = text.split(begin)[0], text.split(end)[1]
+    path.write_text(f"{before}{begin}\n{table}\n{end}{after}", encoding="utf-8")

@@ -55,7 +55,7 @@ from robust_ik.linalg import condition_number, lost_directions, manipulability, 
 from robust_ik.loading import load
 from robust_ik.measures import measure_bounds
 from robust_ik.newton import NewtonResult, NewtonStatus, newton
-from robust_ik.paths import Circle, Keypoints, Line, OutAndBack
+from robust_ik.paths import Circle, Keypoints, Line, OutAndBack, Sinusoid, Turning
 from robust_ik.resolution import LevelResult, Resolution, Status
 from robust_ik.resolvers import (
     DecoupledPriority,
@@ -69,6 +69,8 @@ from robust_ik.resolvers import (
     WeightedPriority,
 )
 from robust_ik.robot import Robot
+from robust_ik.scenario import Scenario
+from robust_ik.scenarios import load_scenario
 from robust_ik.simulation import simulate
 from robust_ik.singularities import SingularityAtlas, Stratum, find_singularities
 from robust_ik.tasks import (
@@ -156,10 +158,12 @@ __all__ = [
     "RobustInverse",
     "Saturation",
     "Scaling",
+    "Scenario",
     "Sigmoid",
     "SingularValueFilter",
     "SingularValueTask",
     "SingularityAtlas",
+    "Sinusoid",
     "Sphere",
     "Stack",
     "Status",
@@ -171,6 +175,7 @@ __all__ = [
     "TipError",
     "Trajectory",
     "TruncatedSVD",
+    "Turning",
     "TwistCommand",
     "TwistTask",
     "UrdfError",
@@ -186,6 +191,7 @@ __all__ = [
     "find_singularities",
     "inverses",
     "load",
+    "load_scenario",
     "lost_directions",
     "manipulability",
     "manipulability_gradient",

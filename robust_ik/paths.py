@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, as_array, checked_parameter, checked_rigid, readonly
 from robust_ik.errors import InputError
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Slerp
 
 Path = Callable[[float], Array]
 
@@ -124,19 +128,21 @@ class Line:
 
 @dataclass(frozen=True, eq=False)
 class Circle:
-    """A circle at constant speed, orientation held.
+    """A circle, or an arc of one, at constant speed, orientation held.
 
     Attributes:
-        start: Pose to leave from and to return to, (4, 4).
+        start: Pose to leave from, and to return to, (4, 4).
         centre: (3,), m.
         normal: Axis of the turn, (3,), at right angles to the radius; the turn is positive about it.
         period: Seconds for one turn.
+        turns: How many turns, or which part of one.
     """
 
     start: Array
     centre: Array
     normal: Array
     period: float = 4.0
+    turns: float = 1.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "start", readonly(checked_rigid(self.start, "start")))
@@ -147,13 +153,14 @@ class Circle:
             raise InputError("normal must not be zero")
         object.__setattr__(self, "normal", readonly(normal / length))
         checked_parameter("period", self.period, above=0)
+        checked_parameter("turns", self.turns, above=0)
         radius = self.start[:3, 3] - self.centre
         if abs(radius @ self.normal) > RIGHT_ANGLE * max(float(np.linalg.norm(radius)), RIGHT_ANGLE):
             raise InputError("normal must be at right angles to the line from the centre to the start")
 
     def __call__(self, time: float) -> Array:
         """The pose wanted at `time`."""
-        pose, angle = np.array(self.start), 2 * math.pi * time / self.period
+        pose, angle = np.array(self.start), 2 * math.pi * min(time, self.duration) / self.period
         radius = pose[:3, 3] - self.centre
         turned = math.cos(angle) * radius + math.sin(angle) * np.cross(self.normal, radius)
         pose[:3, 3] = self.centre + turned
@@ -161,8 +168,76 @@ class Circle:
 
     @property
     def duration(self) -> float:
-        """Seconds for one turn."""
-        return self.period
+        """Seconds for all turns."""
+        return self.turns * self.period
+
+
+@dataclass(frozen=True, eq=False)
+class Sinusoid:
+    """A swing about a pose along a line, orientation held: centre + amplitude · sin(2π t/period).
+
+    Attributes:
+        centre: The pose in the middle, where it begins, (4, 4).
+        amplitude: The farthest point as seen from the centre, (3,), m, world axes.
+        period: Seconds for one swing.
+        swings: How many.
+    """
+
+    centre: Array
+    amplitude: Array
+    period: float = 10.0
+    swings: float = 1.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "centre", readonly(checked_rigid(self.centre, "centre")))
+        object.__setattr__(self, "amplitude", readonly(as_array(self.amplitude, "amplitude", (3,))))
+        checked_parameter("period", self.period, above=0)
+        checked_parameter("swings", self.swings, above=0)
+
+    def __call__(self, time: float) -> Array:
+        """The pose wanted at `time`."""
+        pose = np.array(self.centre)
+        pose[:3, 3] += self.amplitude * math.sin(2 * math.pi * time / self.period)
+        return pose
+
+    @property
+    def duration(self) -> float:
+        """Seconds for all swings."""
+        return self.swings * self.period
+
+
+@dataclass(frozen=True, eq=False)
+class Turning:
+    """Another path's positions, with an orientation that turns at constant speed from one to another, the short way.
+
+    Attributes:
+        path: A path with a duration.
+        goal: Orientation at its end, (3, 3).
+    """
+
+    path: Line | Circle
+    goal: Array
+    _between: Slerp = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        from scipy.spatial.transform import Rotation, Slerp  # takes a while: only where it is needed
+
+        whole = np.eye(4)
+        whole[:3, :3] = as_array(self.goal, "goal", (3, 3))
+        object.__setattr__(self, "goal", readonly(checked_rigid(whole, "goal")[:3, :3]))
+        ends = Rotation.from_matrix(np.stack([self.path.start[:3, :3], self.goal]))
+        object.__setattr__(self, "_between", Slerp([0.0, 1.0], ends))
+
+    def __call__(self, time: float) -> Array:
+        """The pose wanted at `time`."""
+        pose = np.array(self.path(time))
+        pose[:3, :3] = self._between(min(max(time / self.duration, 0.0), 1.0)).as_matrix()
+        return pose
+
+    @property
+    def duration(self) -> float:
+        """Seconds of the path."""
+        return self.path.duration
 
 
 def pose(position: ArrayLike, rpy: ArrayLike = (0.0, 0.0, 0.0)) -> Array:

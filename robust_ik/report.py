@@ -50,6 +50,16 @@ def comparison(runs: Mapping[str, Trajectory]) -> Table:
     return table
 
 
+def scenarios(titles: Mapping[str, str]) -> Table:
+    """One row per scenario that comes with the package."""
+    table = Table(title="Scenarios", title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    table.add_column("name", no_wrap=True)
+    table.add_column("what happens")
+    for name, title in titles.items():
+        table.add_row(escape(name), escape(title))
+    return table
+
+
 def _small(error: float) -> str:
     return f"{error:.1f}" if error >= 0.05 else f"{error:.0e}" if error > 1e-9 else "0"
 

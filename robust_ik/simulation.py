@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,7 +13,6 @@ from numpy.typing import ArrayLike
 from robust_ik.checks import Array, as_array, checked_parameter, readonly
 from robust_ik.controller import VelocityController
 from robust_ik.errors import InputError
-from robust_ik.inverses import RobustInverse
 from robust_ik.limits import Limit
 from robust_ik.linalg import svd
 from robust_ik.progress import Told, progress_bar
@@ -20,30 +20,46 @@ from robust_ik.resolution import Resolution
 from robust_ik.resolvers import Resolver, TaskPriority
 from robust_ik.robot import Robot
 from robust_ik.rows import ROWS
-from robust_ik.tasks import FrameTask, Stack, Task, checked_stack, pose_error
+from robust_ik.scenario import Method, Motion, Scenario
+from robust_ik.tasks import FrameTask, Stack, checked_stack, pose_error
 from robust_ik.trajectory import Trajectory
 
 MAX_STEPS = 10_000_000
 
-Motion = Stack | Task | Callable[[float], Stack | Task]
-"""What is wanted: a stack that stays, or a function from time in seconds to one, such as `Follow(path)`."""
 
-
+@overload
 def simulate(
     robot: Robot,
-    resolver: Resolver | RobustInverse | None,
+    resolver: Method | None,
     motion: Motion,
     q0: ArrayLike,
     *,
     duration: float,
     dt: float = 0.01,
     limits: Sequence[Limit] | Limit | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Told | None = None,
+) -> Trajectory: ...
+
+
+@overload
+def simulate(robot: Scenario, resolver: Method | str, *, progress: Told | None = None) -> Trajectory: ...
+
+
+def simulate(
+    robot: Robot | Scenario,
+    resolver: Method | str | None,
+    motion: Motion | None = None,
+    q0: ArrayLike | None = None,
+    *,
+    duration: float | None = None,
+    dt: float = 0.01,
+    limits: Sequence[Limit] | Limit | None = None,
+    progress: Told | None = None,
 ) -> Trajectory:
-    """Runs a stack of tasks from q0 on, explicit Euler.
+    """Runs a stack of tasks from q0 on, explicit Euler; or a scenario, which says all but the method.
 
     Args:
-        robot: The robot.
+        robot: The robot; or a `Scenario`, and then only the resolver besides, or the label of one of its methods.
         resolver: A resolver; an inverse stands for `TaskPriority` with it; None for `TaskPriority(JParse())`.
         motion: A stack of tasks, or a function from time in s to one: `Follow(path)` keeps the tip on a path.
         q0: Configuration to start from, (nq,).
@@ -56,6 +72,10 @@ def simulate(
         InputError: A parameter or array cannot be meant.
         FrameNotFoundError: A task names a frame that the robot does not have.
     """
+    if isinstance(robot, Scenario):
+        return _run_scenario(robot, resolver, progress)
+    if isinstance(resolver, str) or motion is None or q0 is None or duration is None:
+        raise InputError("a robot is simulated with a resolver, motion=, q0= and duration=; a Scenario has the rest")
     q = as_array(q0, "q0", (robot.nq,)).copy()
     if q.ndim != 1:
         raise InputError(f"q0 must be one configuration, got shape {q.shape}")
@@ -65,6 +85,16 @@ def simulate(
         with progress_bar(f"simulating {robot.name}") as told:
             return _run(controller, motion, q, steps, dt, told)
     return _run(controller, motion, q, steps, dt, progress)
+
+
+def _run_scenario(scenario: Scenario, given: Method | str | None, progress: Told | None) -> Trajectory:
+    """A scenario with one method; a method of its own is called by its label."""
+    method = scenario.method(given) if isinstance(given, str) else given
+    run = simulate(
+        scenario.robot, method, scenario.motion, scenario.q0,
+        duration=scenario.duration, dt=scenario.dt, limits=scenario.limits, progress=progress,
+    )  # fmt: skip
+    return replace(run, name=given) if isinstance(given, str) else run
 
 
 def _run(controller: VelocityController, motion: Motion, q: Array, steps: int, dt: float, told: Told) -> Trajectory:

@@ -8,6 +8,7 @@ import typer
 from rich.markup import escape
 
 from robust_ik import __version__
+from robust_ik.cli.compare import compare
 from robust_ik.cli.demo import demo
 from robust_ik.cli.inverses import inverses
 from robust_ik.cli.robots import export, info, robots
@@ -22,7 +23,7 @@ app = typer.Typer(
     rich_markup_mode="rich",
     pretty_exceptions_enable=False,
 )
-for command in (demo, robots, inverses, info, singularities, certify, verify, export):
+for command in (demo, compare, robots, inverses, info, singularities, certify, verify, export):
     app.command()(command)
 
 

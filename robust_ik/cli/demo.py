@@ -17,7 +17,7 @@ from robust_ik.files import check_writable
 from robust_ik.inverses import CLASSES, RobustInverse, Weighted
 from robust_ik.loading import load
 from robust_ik.robot import Robot
-from robust_ik.scenarios import Scenario, stretch
+from robust_ik.scenarios import Stretch, stretch
 from robust_ik.trajectory import Trajectory
 
 RUNNABLE = [each for each in CLASSES if each is not Weighted]
@@ -57,7 +57,7 @@ def demo(
     console.print(f"Open in a browser: [bold]{escape(str(path.resolve()))}[/]", soft_wrap=True)
 
 
-def _write_page(path: Path, runs: dict[str, Trajectory], scenario: Scenario) -> None:
+def _write_page(path: Path, runs: dict[str, Trajectory], scenario: Stretch) -> None:
     from robust_ik.display import write_html  # takes a second to import: only where it is needed
 
     robot = scenario.robot
@@ -75,7 +75,7 @@ def _methods(names: list[str] | None) -> dict[str, RobustInverse]:
     return {each.__name__: each() for each in chosen}
 
 
-def _explain_rows(arm: Robot, scenario: Scenario) -> None:
+def _explain_rows(arm: Robot, scenario: Stretch) -> None:
     rows, reach = scenario.robot.rows, scenario.reach.distance
     console.print(
         f"[bold]{escape(arm.name)}[/]: {arm.n} joints, tip {escape(str(arm.tip))}, reach {reach:.3f} m; "
@@ -85,12 +85,12 @@ def _explain_rows(arm: Robot, scenario: Scenario) -> None:
         console.print(f"{arm.n} joints cannot move it in all of {' '.join(arm.rows)}: it follows {' '.join(rows)}.")
 
 
-def _beyond(scenario: Scenario) -> float:
+def _beyond(scenario: Stretch) -> float:
     offset = scenario.path.goal - scenario.reach.center
     return float((offset @ offset) ** 0.5 / scenario.reach.distance - 1)
 
 
-def _run(scenario: Scenario, methods: dict[str, RobustInverse]) -> dict[str, Trajectory]:
+def _run(scenario: Stretch, methods: dict[str, RobustInverse]) -> dict[str, Trajectory]:
     columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
     with Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal) as bar:
         runs = {}

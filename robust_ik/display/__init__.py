@@ -6,6 +6,7 @@ from robust_ik.display.curves import plot_curves
 from robust_ik.display.drawn_robot import DrawnRobot, MissingMesh, draw_robot
 from robust_ik.display.gains import plot_gains
 from robust_ik.display.report import write_html
+from robust_ik.display.run_figures import plot_runs, runs_figure
 from robust_ik.display.runs import draw_run
 from robust_ik.display.scene import Scene, serve
 
@@ -18,6 +19,8 @@ __all__ = [
     "draw_run",
     "plot_curves",
     "plot_gains",
+    "plot_runs",
+    "runs_figure",
     "serve",
     "write_atlas_html",
     "write_html",

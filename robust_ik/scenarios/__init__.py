@@ -1,7 +1,20 @@
 """Motions to run: each says the robot, where it starts, the path and the gains."""
 
+from robust_ik.scenarios.catalogue import load_scenario, scenarios
 from robust_ik.scenarios.kim import KimCircle, kim_circle
+from robust_ik.scenarios.reading import read_scenario
 from robust_ik.scenarios.straight_line import StraightLine, ur5_elbow, ur5_wrist
-from robust_ik.scenarios.stretch import Scenario, stretch
+from robust_ik.scenarios.stretch import Stretch, stretch
 
-__all__ = ["KimCircle", "Scenario", "StraightLine", "kim_circle", "stretch", "ur5_elbow", "ur5_wrist"]
+__all__ = [
+    "KimCircle",
+    "StraightLine",
+    "Stretch",
+    "kim_circle",
+    "load_scenario",
+    "read_scenario",
+    "scenarios",
+    "stretch",
+    "ur5_elbow",
+    "ur5_wrist",
+]

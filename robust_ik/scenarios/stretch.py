@@ -29,7 +29,7 @@ _HALF_STRETCHED = 0.8
 
 
 @dataclass(frozen=True, eq=False)
-class Scenario:
+class Stretch:
     """A motion to run with any inverse.
 
     Attributes:
@@ -61,7 +61,7 @@ class Scenario:
         )  # fmt: skip
 
 
-def stretch(robot: Robot, *, travel: float = 5.0, pause: float = 1.0, settle: float = 6.0) -> Scenario:
+def stretch(robot: Robot, *, travel: float = 5.0, pause: float = 1.0, settle: float = 6.0) -> Stretch:
     """A straight line from a good configuration, away from the shoulder to 1.1 times the reach, and back.
 
     Where the arm cannot move in all its task rows, those that it can are used: positions first.
@@ -83,7 +83,7 @@ def stretch(robot: Robot, *, travel: float = 5.0, pause: float = 1.0, settle: fl
     start = robot.pose(q0)
     goal = reach.center + BEYOND * reach.distance * _outwards(robot, q0, start[:3, 3] - reach.center)
     path = OutAndBack(start, goal, travel=travel, pause=pause, settle=settle)
-    return Scenario(robot, q0, path, reach, max_linear=PULL * reach.distance)
+    return Stretch(robot, q0, path, reach, max_linear=PULL * reach.distance)
 
 
 def _outwards(robot: Robot, q: Array, away: Array) -> Array:

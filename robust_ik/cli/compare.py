@@ -1,0 +1,83 @@
+"""`robust-ik compare`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.markup import escape
+
+from robust_ik import report
+from robust_ik.cli.choice import inverse_class
+from robust_ik.cli.shared import console
+from robust_ik.errors import InputError
+from robust_ik.files import check_writable
+from robust_ik.inverses import CLASSES
+from robust_ik.progress import progress_bar
+from robust_ik.scenario import Method, Scenario
+from robust_ik.scenarios import load_scenario, scenarios
+from robust_ik.simulation import simulate
+from robust_ik.trajectory import Trajectory
+
+
+def compare(
+    scenario: Annotated[
+        str | None, typer.Argument(metavar="[SCENARIO]", help="A name, or a TOML file; without it, what there is.")
+    ] = None,
+    methods: Annotated[
+        list[str] | None,
+        typer.Option("--methods", metavar="NAME", help="Labels of the scenario, or inverses by name. Repeatable."),
+    ] = None,
+    html: Annotated[
+        Path | None, typer.Option("--html", metavar="FILE", help="Write a page with the runs in 3D and their charts.")
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option("--plot", metavar="FILE", help="Draw error, joint speed and σ over time.")
+    ] = None,
+) -> None:
+    """Run a scenario with the methods it names, or with others, and print how they fared."""
+    if scenario is None:
+        console.print(report.scenarios({name: load_scenario(path).title for name, path in scenarios().items()}))
+        return
+    for path in (html, plot):
+        if path is not None:
+            check_writable(path)
+    chosen = load_scenario(scenario)
+    runs = _run(chosen, _chosen(chosen, methods))
+    console.print(f"[bold]{escape(chosen.title or chosen.name)}[/]")
+    for text in (chosen.source, chosen.note):
+        if text:
+            console.print(escape(text))
+    console.print(report.comparison(runs))
+    if html is not None or plot is not None:
+        _draw(chosen, runs, html, plot)
+
+
+def _chosen(scenario: Scenario, names: list[str] | None) -> dict[str, Method]:
+    """Methods by label: those of the scenario, or those that are named."""
+    if not names:
+        if not scenario.methods:
+            raise InputError(f"{scenario.name} names no methods: name some with --methods")
+        return dict(scenario.methods)
+    known = dict(scenario.methods)
+    return {name: known[name] if name in known else inverse_class(name, CLASSES)() for name in names}
+
+
+def _run(scenario: Scenario, methods: dict[str, Method]) -> dict[str, Trajectory]:
+    runs = {}
+    for label, method in methods.items():
+        with progress_bar(label) as told:
+            runs[label] = simulate(scenario, method, progress=told)
+    return runs
+
+
+def _draw(scenario: Scenario, runs: dict[str, Trajectory], html: Path | None, plot: Path | None) -> None:
+    from robust_ik.display import plot_runs, write_html  # takes a second to import: only where it is needed
+
+    if html is not None:
+        text = " ".join(part for part in (scenario.source, scenario.note) if part)
+        path = write_html(html, runs, title=scenario.title or scenario.name, text=text)
+        console.print(f"Wrote [bold]{escape(str(path))}[/]", soft_wrap=True)
+    if plot is not None:
+        console.print(f"Wrote [bold]{escape(str(plot_runs(runs, plot)))}[/]", soft_wrap=True)

@@ -1,0 +1,73 @@
+"""Scenario: a motion to run with any method, and the methods that are compared on it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+from numpy.typing import ArrayLike
+
+from robust_ik.checks import Array, as_array, checked_parameter, readonly
+from robust_ik.errors import InputError, suggest
+from robust_ik.inverses import RobustInverse
+from robust_ik.limits import Limit
+from robust_ik.resolvers import Resolver
+from robust_ik.robot import Robot
+from robust_ik.tasks import Stack, Task
+
+Motion = Stack | Task | Callable[[float], Stack | Task]
+"""What is wanted: a stack that stays, or a function from time in seconds to one, such as `Follow(path)`."""
+
+Method = Resolver | RobustInverse
+
+
+@dataclass(frozen=True, eq=False)
+class Scenario:
+    """Everything about a run but the method. `rik.simulate(scenario, inverse)` runs it.
+
+    Attributes:
+        name: What to call it.
+        robot: The robot, with the task rows that it is to fulfil.
+        q0: Configuration to start from, (nq,).
+        motion: What is wanted.
+        duration: Seconds to run.
+        dt: Time step, s.
+        limits: As for `simulate`: None for the robot's own, () for none.
+        title: A sentence.
+        source: Where it is from, with what the source says.
+        note: What stands in for what the source does not say; empty if nothing does.
+        methods: What is compared on it, by label.
+    """
+
+    name: str
+    robot: Robot
+    q0: Array
+    motion: Motion
+    duration: float
+    dt: float = 0.01
+    limits: Sequence[Limit] | Limit | None = ()
+    title: str = ""
+    source: str = ""
+    note: str = ""
+    methods: Mapping[str, Method] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        q0: ArrayLike = as_array(self.q0, "q0", (self.robot.nq,))
+        object.__setattr__(self, "q0", readonly(q0))
+        checked_parameter("duration", self.duration, above=0)
+        checked_parameter("dt", self.dt, above=0)
+        for label, method in self.methods.items():
+            if not isinstance(method, (Resolver, RobustInverse)):
+                raise InputError(f"method {label!r} must be an inverse or a resolver, got {method!r}")
+        object.__setattr__(self, "methods", MappingProxyType(dict(self.methods)))
+
+    def method(self, label: str) -> Method:
+        """The method of that label.
+
+        Raises:
+            InputError: There is none; the message lists the labels.
+        """
+        if label not in self.methods:
+            raise InputError(f"{self.name} has no method {label!r}; {suggest(label, self.methods)}")
+        return self.methods[label]

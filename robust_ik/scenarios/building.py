@@ -1,0 +1,70 @@
+"""Inverses, resolvers and limiters from plain tables: {type = "JParse", gamma = 0.1}. Nothing else can be made."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import fields
+from typing import Any
+
+from robust_ik.errors import InputError, listed, suggest
+from robust_ik.inverses import CLASSES, RobustInverse
+from robust_ik.inverses.baselines import BASELINES
+from robust_ik.resolvers import (
+    DecoupledPriority,
+    Limiter,
+    QuadraticProgram,
+    Resolver,
+    Saturation,
+    Scaling,
+    TaskPriority,
+    TaskReconstruction,
+    WeightedPriority,
+)
+
+RESOLVERS: tuple[type[Resolver | Limiter], ...] = (
+    TaskPriority,
+    DecoupledPriority,
+    TaskReconstruction,
+    WeightedPriority,
+    Scaling,
+    Saturation,
+    QuadraticProgram,
+)
+KNOWN: Mapping[str, type[Any]] = {each.__name__: each for each in (*CLASSES, *BASELINES, *RESOLVERS)}
+
+
+def method(data: object, where: str) -> Resolver | RobustInverse:
+    """An inverse or a resolver from a table with its type and parameters.
+
+    Args:
+        data: {"type": "JParse", "gamma": 0.1}; parameters that are tables with a type are made likewise.
+        where: What to call it in messages.
+
+    Raises:
+        InputError: There is no such type or parameter, or a value cannot be meant.
+    """
+    made = _made(data, where)
+    if not isinstance(made, (Resolver, RobustInverse)):
+        raise InputError(f'{where} must be a table such as {{ type = "JParse", gamma = 0.1 }}, got {data!r}')
+    return made
+
+
+def _made(data: object, where: str) -> Any:
+    if isinstance(data, list):
+        return tuple(_made(each, where) for each in data)
+    if not isinstance(data, dict) or "type" not in data:
+        return data
+    kind = data["type"]
+    if not isinstance(kind, str) or kind not in KNOWN:
+        raise InputError(f"{where}: there is no type {kind!r}; {suggest(str(kind), KNOWN)}")
+    parameters = {name: _made(value, f"{where}.{name}") for name, value in data.items() if name != "type"}
+    possible = [each.name for each in fields(KNOWN[kind]) if each.init]
+    for name in parameters:
+        if name not in possible:
+            raise InputError(f"{where}: {kind} has no parameter {name!r}; there are: {listed(possible)}")
+    try:
+        return KNOWN[kind](**parameters)
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from error
+    except TypeError as error:
+        raise InputError(f"{where}: {kind} cannot be made of {parameters}: {error}") from error
