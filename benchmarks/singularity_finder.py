@@ -1,7 +1,7 @@
 """Measures the search for singular configurations: both methods, five robots, coranks 1 to 3.
 
 `python -m benchmarks.singularity_finder` prints the table; with `--write` it goes into docs/singularities.md. Uniform
-starts in [−π, π]ⁿ; ‖r‖ < 1e-11 σ₁ (for the gradient method σ < 1e-6, then polished to that); time on one core, the
+starts in [−π, π]ⁿ; ‖r‖ < 1e-11 σ₁ (for the gradient method σ < 1e-6, then polished to that); CPU time, the
 failed starts' included: set OPENBLAS_NUM_THREADS=1.
 """
 
@@ -29,9 +29,9 @@ COLUMNS = (
 
 def measure(chain: ScrewChain, corank: int, method: Method) -> list[str]:
     """Success, median steps, milliseconds per point and the least residual of the starts that failed."""
-    begin = time.perf_counter()
+    begin = time.process_time()
     found = find_points(chain, corank, STARTS[method], np.random.default_rng(1), method=method)
-    took = 1e3 * (time.perf_counter() - begin)
+    took = 1e3 * (time.process_time() - begin)
     floor = f"{found.floors.min():.2g}" if found.failed else "–"
     if len(found) == 0:
         return ["none", "–", "–", floor]
