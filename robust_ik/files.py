@@ -52,6 +52,20 @@ def check_writable(path: Path) -> None:
         raise InputError(f"{str(below)!r} is no folder, so that {path.name!r} cannot be written there")
 
 
+FIGURES = (".png", ".svg", ".pdf")
+
+
+def check_figure(path: Path) -> None:
+    """Refuses a path that is no image's, or that cannot be written.
+
+    Raises:
+        InputError: It is none.
+    """
+    if path.suffix.lower() not in FIGURES:
+        raise InputError(f"the figure is written as one of {', '.join(FIGURES)}, got {str(path)!r}")
+    check_writable(path)
+
+
 def write_file(path: str | Path, text: str) -> Path:
     """Writes a text file at once or not at all; makes the folder if needed.
 

@@ -248,3 +248,55 @@ def test_an_atlas_without_proofs_has_nothing_to_verify(command):
     status, _, err = command("verify", "atlas.json")
     assert status == 1
     assert "holds no proof" in err
+
+
+# ------------------------------------------------------------------------------------------------ compare
+SCENARIO = """
+title = "a short line"
+source = "ours"
+[robot]
+name = "planar_2r"
+[start]
+joints = [0.3, 0.9]
+[target]
+kind = "line"
+to = [1.0, 0.0, 0.4]
+speed = 0.5
+[control]
+gain = 5.0
+[methods]
+"calm [a]" = { type = "JParse", gamma = 0.2 }
+"""
+
+
+def test_compare_lists_what_there_is_and_runs_a_file_with_its_methods_or_others(command, tmp_path):
+    status, out, _ = command("compare")
+    assert status == 0
+    assert "xarm7_line" in out
+    (tmp_path / "mine.toml").write_text(SCENARIO)
+    status, out, _ = command("compare", "mine.toml", "--html", "runs.html", "--plot", "runs.png")
+    assert status == 0
+    assert "a short line" in out
+    assert re.search(r"calm \[a\] +\d", out)
+    assert (tmp_path / "runs.html").stat().st_size > 100_000
+    assert (tmp_path / "runs.png").read_bytes().startswith(b"\x89PNG")
+    _, out, _ = command("compare", "mine.toml", "--methods", "sdls", "--methods", "calm [a]")
+    assert re.search(r"sdls +\d", out)
+    assert re.search(r"calm \[a\] +\d", out)
+
+
+@pytest.mark.parametrize(
+    "arguments, message",
+    [
+        (("nothing",), "no scenario 'nothing'"),
+        (("missing.toml",), "no file 'missing.toml'"),
+        (("xarm7_line", "--methods", "magic"), "no method 'magic'"),
+        (("xarm7_line", "--plot", "figure.txt"), "one of .png, .svg, .pdf"),
+        (("xarm7_line", "--html", "."), "is a folder"),
+    ],
+)
+def test_what_cannot_be_compared_is_told_before_anything_runs(command, monkeypatch, arguments, message):
+    monkeypatch.setattr("robust_ik.cli.compare.simulate", lambda *given, **options: pytest.fail("it ran"))
+    status, _, err = command("compare", *arguments)
+    assert status == 1
+    assert message in err

@@ -8,12 +8,8 @@ import typer
 from rich.markup import escape
 
 from robust_ik import __version__
-from robust_ik.cli.compare import compare
-from robust_ik.cli.demo import demo
-from robust_ik.cli.inverses import inverses
-from robust_ik.cli.robots import export, info, robots
+from robust_ik.cli import compare, demo, inverses, robots, singularities
 from robust_ik.cli.shared import console, errors
-from robust_ik.cli.singularities import certify, singularities, verify
 from robust_ik.errors import RobustIKError
 
 app = typer.Typer(
@@ -23,7 +19,18 @@ app = typer.Typer(
     rich_markup_mode="rich",
     pretty_exceptions_enable=False,
 )
-for command in (demo, compare, robots, inverses, info, singularities, certify, verify, export):
+COMMANDS = (
+    demo.demo,
+    compare.compare,
+    robots.robots,
+    inverses.inverses,
+    robots.info,
+    singularities.singularities,
+    singularities.certify,
+    singularities.verify,
+    robots.export,
+)
+for command in COMMANDS:
     app.command()(command)
 
 

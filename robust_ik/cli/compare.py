@@ -12,7 +12,7 @@ from robust_ik import report
 from robust_ik.cli.choice import inverse_class
 from robust_ik.cli.shared import console
 from robust_ik.errors import InputError
-from robust_ik.files import check_writable
+from robust_ik.files import check_figure, check_writable
 from robust_ik.inverses import CLASSES
 from robust_ik.progress import progress_bar
 from robust_ik.scenario import Method, Scenario
@@ -40,9 +40,10 @@ def compare(
     if scenario is None:
         console.print(report.scenarios({name: load_scenario(path).title for name, path in scenarios().items()}))
         return
-    for path in (html, plot):
-        if path is not None:
-            check_writable(path)
+    if html is not None:
+        check_writable(html)
+    if plot is not None:
+        check_figure(plot)
     chosen = load_scenario(scenario)
     runs = _run(chosen, _chosen(chosen, methods))
     console.print(f"[bold]{escape(chosen.title or chosen.name)}[/]")
