@@ -18,8 +18,10 @@ from robust_ik.singularities.walking import REFUSED, Indices, polished, readable
 
 GRID = {1: 720, 2: 240, 3: 60}
 """Cells along each angle on which a relation of so many joints is drawn."""
-POINTS, WALK, LENGTH = 60, 60, 0.25
-"""How many walks from samples, of how many steps, how long, rad or m."""
+POINTS, LENGTH = 60, 0.25
+"""How many walks from samples, and how long a step is, rad or m."""
+WALKS = (15, 15, 30)
+"""Steps after which it is seen whether all walks are linked."""
 NEAR = 0.5
 """Walks are linked where they come as near, rad or m."""
 STEP, STEPS = 0.12, 12
@@ -75,11 +77,22 @@ def _linked(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> int:
     values = values[clear & (dimensions == leaf.dimension)]
     if len(values) == 0:
         return 1
-    dimensions = np.full(len(values), leaf.dimension)
-    walked = walk(chain, values, leaf.corank, dimensions, rng, steps=WALK, length=LENGTH, resting=leaf.free)
-    places = walked.values.reshape(-1, chain.n)
-    owner = np.repeat(np.arange(len(values)), WALK + 1)
+    dimensions, count = np.full(len(values), leaf.dimension), len(values)
+    places, owner = values, np.arange(count)
     links = np.empty((0, 2), dtype=int)
+    for steps in WALKS:
+        walked = walk(chain, values, leaf.corank, dimensions, rng, steps=steps, length=LENGTH, resting=leaf.free)
+        values = walked.values[:, -1]
+        places = np.concatenate([places, walked.values[:, 1:].reshape(-1, chain.n)])
+        owner = np.concatenate([owner, np.repeat(np.arange(count), steps)])
+        links = _all_links(chain, leaf, places, owner, links)
+        if _pieces(links, count) == 1:
+            break
+    return _pieces(links, count)
+
+
+def _all_links(chain: ScrewChain, leaf: Leaf, places: Array, owner: Indices, links: Indices) -> Indices:
+    """Links between walks, those there were and more, until no more are found."""
     for _ in range(ROUNDS):
         pairs = _near_pairs(chain, places, owner, links)
         if len(pairs) == 0:
@@ -88,7 +101,7 @@ def _linked(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> int:
         if not reached.any():
             break
         links = np.concatenate([links, owner[pairs[reached]]])
-    return _pieces(links, len(values))
+    return links
 
 
 def _near_pairs(chain: ScrewChain, places: Array, owner: Indices, links: Indices) -> Indices:

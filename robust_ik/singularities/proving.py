@@ -61,6 +61,11 @@ class Proven:
         points = polished(chain, points, proof.corank)
         return cls(proof, verdict, places, points, coranks(relative_sigmas(chain, points)))
 
+    @property
+    def accepted(self) -> bool:
+        """Whether the checker accepted the proof."""
+        return self.verdict is not None and self.verdict.accepted
+
     def unlisted(self, chain: ScrewChain, listed: Sequence[Leaf], *, only: bool) -> Array:
         """Points on the proof's leaves that a list does not account for, (N, n).
 

@@ -103,7 +103,12 @@ def _add(work: Work, corank: int, new: Evidence) -> Evidence:
 
 
 def hold_out(work: Work, corank: int, starts: int) -> None:
-    """Fresh starts against the frozen list; what they meet that is not in it is read, and others are made."""
+    """Fresh starts against the frozen list; what they meet that is not in it is read, and others are made.
+
+    Few, and only to hold them against it, where there is an accepted proof.
+    """
+    if corank in work.proven and work.proven[corank].accepted:
+        starts = min(starts, PROBE)
     for attempt in range(HOLDOUTS):
         points = work.find(corank, starts, 10 + attempt)
         new = ~work.accounted(corank, points)
