@@ -31,14 +31,19 @@ class NewtonResult:
     """Where an iteration ended, and how.
 
     Attributes:
-        q: The last configuration, (nq,).
+        path: The configuration before every step and at the end, (iterations + 1, nq).
         status: How it ended.
-        errors: ‖x_f − k(q)‖ before every step and at the end, (iterations + 1,).
+        errors: ‖x_f − k(q)‖ at each of them, (iterations + 1,).
     """
 
-    q: Array
+    path: Array
     status: NewtonStatus
     errors: Array
+
+    @property
+    def q(self) -> Array:
+        """The last configuration, (nq,)."""
+        return np.asarray(self.path[-1])
 
     @property
     def converged(self) -> bool:
@@ -105,6 +110,7 @@ def newton(
         raise InputError(f"{inverse!r} needs the Hessian: pass hessian=")
     driver = inverse.begin(step)
     errors: list[float] = []
+    path = [q.copy()]
     status: NewtonStatus | None = None
     while status is None:
         error = target - _vector(kinematics(q), "kinematics(q)", target.size)
@@ -117,8 +123,10 @@ def newton(
                 moved = integrate(q, step * driver.velocity(equation))
             # An inverse with a memory may move on from where it stood still.
             status = _stopped(q, moved, repeats=driver is inverse)
-            q = q if status else moved
-    return NewtonResult(readonly(q), status, readonly(errors))
+            if status is None:
+                q = moved
+                path.append(q)
+    return NewtonResult(readonly(path), status, readonly(errors))
 
 
 def _ended(errors: list[float], tolerance: float, max_iterations: int) -> NewtonStatus | None:

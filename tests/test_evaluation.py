@@ -51,6 +51,40 @@ def test_the_matching_damping_modifies_as_much_as_the_clamp():
     assert_allclose(P, np.diag(s) @ np.linalg.inv(np.diag(s) ** 2 + squared * np.eye(3)), atol=1e-12)
 
 
+def test_the_matched_inverse_is_damped_least_squares_with_the_matching_damping(rng):
+    inverse = evaluation.DulebaMatched(FLOOR)
+    for m, n in SHAPES:
+        J = matrix(np.sort(10 ** rng.uniform(-4, 0, min(m, n)))[::-1], m, n, rng)
+        squared = float(evaluation.matching_squared_damping(svd(J).s, FLOOR))
+        expected = np.linalg.solve(J.T @ J + squared * np.eye(n), J.T) if squared else np.linalg.pinv(J)
+        assert_allclose(inverse.matrix(J), expected, atol=1e-6)
+        xdot = rng.normal(size=m)
+        assert_allclose(inverse.solve(J, xdot), expected @ xdot, atol=1e-5)
+
+
+def test_the_matched_inverse_is_exact_above_the_floor_and_nowhere_else():
+    inverse = evaluation.DulebaMatched(FLOOR)
+    assert_allclose(inverse.gains([2.0, FLOOR]), [1 / 2, 1 / FLOOR], rtol=1e-12)
+    assert inverse.is_exact([2.0, FLOOR]).all()
+    assert not inverse.is_exact([2.0, 0.99 * FLOOR]).any()
+    assert inverse.gains([2.0, 0.99 * FLOOR])[0] < 1 / 2
+    assert not inverse.gains(np.zeros(3)).any()
+    assert inverse.continuous
+
+
+@pytest.mark.parametrize("k", range(1, 9))
+def test_the_largest_gain_of_the_matched_inverse_grows_with_the_number_of_rows(k, rng):
+    inverse = evaluation.DulebaMatched(FLOOR)
+    at_peak = np.append(np.full(k - 1, 1.0), FLOOR / np.sqrt(max(k - 1, 1)))
+    assert_allclose(inverse.gains(at_peak)[-1], inverse.peak(k), rtol=1e-9)
+    s = -np.sort(-(10 ** rng.uniform(-4, 0.5, (20_000, k))))
+    assert inverse.gains(s).max() <= inverse.peak(k) * (1 + 1e-9)
+    assert inverse.largest_gain(1.0) == np.inf
+    assert inverse.largest_gain(0.0) == 0
+    with pytest.raises(InputError, match="k must be at least 1"):
+        inverse.peak(0)
+
+
 def test_the_clamp_gets_farther_for_the_same_modification(rng):
     """P21: h₁ < h₂ strictly for 0 < c < k, on 10⁴ random draws."""
     for k, c in itertools.product(range(2, 7), range(1, 6)):
@@ -200,6 +234,7 @@ def test_extents_that_cannot_be_meant_are_refused(extents, match):
         (lambda: evaluation.modification_by_clamp([1.0], 0.0), "floor must be > 0"),
         (lambda: evaluation.modification_by_damping([1.0], -1.0), "squared_damping must be ≥ 0"),
         (lambda: evaluation.safety_by_clamp([1.0], -1.0), "floor must be > 0"),
+        (lambda: evaluation.DulebaMatched(floor=0.0), "floor must be > 0"),
         (lambda: evaluation.safety_by_damping([np.inf], 1.0), "s must be finite"),
     ],
 )

@@ -1,6 +1,7 @@
 """Dułęba's evaluation of singularity-robust inverses: what they change, and how safe that makes. Arrays only."""
 
 from robust_ik.evaluation.determinants import allows_multiplicative_inverse, determinant_excess, fatal_dampings
+from robust_ik.evaluation.matched import DulebaMatched
 from robust_ik.evaluation.modification import (
     Comparison,
     compare_damping_and_clamp,
@@ -14,6 +15,7 @@ from robust_ik.evaluation.normalisation import normalise
 
 __all__ = [
     "Comparison",
+    "DulebaMatched",
     "allows_multiplicative_inverse",
     "compare_damping_and_clamp",
     "determinant_excess",

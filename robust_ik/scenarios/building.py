@@ -7,6 +7,7 @@ from dataclasses import fields
 from typing import Any
 
 from robust_ik.errors import InputError, listed, suggest
+from robust_ik.evaluation import DulebaMatched
 from robust_ik.inverses import CLASSES, RobustInverse
 from robust_ik.inverses.baselines import BASELINES
 from robust_ik.resolvers import (
@@ -30,7 +31,7 @@ RESOLVERS: tuple[type[Resolver | Limiter], ...] = (
     Saturation,
     QuadraticProgram,
 )
-KNOWN: Mapping[str, type[Any]] = {each.__name__: each for each in (*CLASSES, *BASELINES, *RESOLVERS)}
+KNOWN: Mapping[str, type[Any]] = {each.__name__: each for each in (*CLASSES, *BASELINES, DulebaMatched, *RESOLVERS)}
 
 
 def method(data: object, where: str) -> Resolver | RobustInverse:
