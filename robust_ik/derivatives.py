@@ -1,4 +1,4 @@
-"""How the singular values and the manipulability change with the joints. Arrays only.
+"""How the Jacobian, its singular values and the manipulability change with the joints. Arrays only.
 
 `hessian` is ∂J/∂q, shape (..., m, n, n) with [i, j, k] = ∂J_ij/∂q_k, as `Robot.hessian` returns it.
 """
@@ -19,6 +19,34 @@ def _checked(J: ArrayLike, hessian: ArrayLike) -> tuple[ThinSVD, Array]:
     hessian = as_array(hessian, "hessian", (m, n, n))
     check_leading_axes("J", J.shape[:-2], "hessian", hessian.shape[:-3])
     return svd(J), hessian
+
+
+def closed_form_hessian(axes: ArrayLike, arms: ArrayLike, *, printed: bool = False) -> Array:
+    """∂J/∂q of a chain of turning joints, from its axes alone, reference LOCAL_WORLD_ALIGNED.
+
+    Args:
+        axes: Unit axes z_i of the joints, world axes, (..., n, 3).
+        arms: p_i, from the origin of the frame on axis i to the tool's point, m, (..., n, 3).
+        printed: The equation as it stands in the paper, p_k in place of p_i where k < i: wrong by
+            (z_k·z_i)(o_k − o_i), to see what that does.
+
+    Returns:
+        (..., 6, n, n): [i, j, k] = ∂J_ij/∂q_k.
+
+    Source: Almarkhi-Maciejewski, eq. (9).
+    """
+    z, p = as_array(axes, "axes", (None, 3)), as_array(arms, "arms", (None, 3))
+    if z.shape != p.shape:
+        raise InputError(f"axes and arms must have the same shape, got {z.shape} and {p.shape}")
+    n = z.shape[-2]
+    before = np.arange(n)[None, :] < np.arange(n)[:, None]  # k < i, [i, k]
+    z_i, z_k, p_i, p_k = z[..., :, None, :], z[..., None, :, :], p[..., :, None, :], p[..., None, :, :]
+    cosine = np.sum(z_i * z_k, axis=-1, keepdims=True)
+    early = np.sum(z_k * p_i, axis=-1, keepdims=True) * z_i - cosine * (p_k if printed else p_i)
+    late = np.sum(z_i * p_k, axis=-1, keepdims=True) * z_k - cosine * p_k
+    linear = np.where(before[..., None], early, late)
+    angular = np.where(before[..., None], np.cross(z_k, z_i), 0.0)
+    return np.ascontiguousarray(np.moveaxis(np.concatenate([linear, angular], axis=-1), -1, -3))
 
 
 def singular_value_gradients(J: ArrayLike, hessian: ArrayLike) -> Array:

@@ -3,22 +3,27 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from robust_ik.display.figures import checked_figure
-from robust_ik.display.torus import pairs, strokes
+from robust_ik.display.torus import Axis, pairs, strokes
 from robust_ik.errors import InputError
 from robust_ik.singularities.atlas import SingularityAtlas
 from robust_ik.singularities.strata import Stratum
 from robust_ik.singularities.tracing import Curve, trace
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 INK = "#1c6fb8"
 ACROSS = 3
 
 
 def plot_curves(atlas: SingularityAtlas, stratum: Stratum, path: str | Path) -> Path:
-    """Draws the coupled joints of a stratum against each other, a panel for each two of them.
+    """Writes `curves_figure` as an image.
 
     Args:
         atlas: The atlas that holds it.
@@ -31,33 +36,47 @@ def plot_curves(atlas: SingularityAtlas, stratum: Stratum, path: str | Path) -> 
     Raises:
         InputError: No joints are coupled, or the path cannot be written.
     """
-    curves = trace(atlas, stratum)
-    if not pairs(atlas.robot.chain, curves):
-        raise InputError(f"no joints are coupled where {stratum.words}: there is no curve to draw")
+    figure = curves_figure(atlas, stratum)
     path = checked_figure(path)
-    _draw(atlas, stratum, curves, path)
+    figure.savefig(path, dpi=130)
     return path
 
 
-def _draw(atlas: SingularityAtlas, stratum: Stratum, curves: tuple[Curve, ...], path: Path) -> None:
+def curves_figure(atlas: SingularityAtlas, stratum: Stratum) -> Figure:
+    """The coupled joints of a stratum against each other, a panel for each two of them.
+
+    Args:
+        atlas: The atlas that holds it.
+        stratum: One of its rows, with coupled joints.
+
+    Raises:
+        InputError: No joints are coupled.
+    """
     from matplotlib.figure import Figure  # not pyplot: no window, no state
 
+    curves = trace(atlas, stratum)
     panels = pairs(atlas.robot.chain, curves)
+    if not panels:
+        raise InputError(f"no joints are coupled where {stratum.words}: there is no curve to draw")
     down, over = -(-len(panels) // ACROSS), min(ACROSS, len(panels))
     figure = Figure(figsize=(3.6 * over, 3.6 * down + 0.4), layout="constrained")
     grid = figure.subplots(down, over, squeeze=False).ravel()
     for axes, (across, up) in zip(grid, panels):
-        for curve in curves:
-            if not curve.ordered:
-                axes.plot(across.shown(curve.values), up.shown(curve.values), ".", color=INK, markersize=1.5)
-                continue
-            for piece in strokes(curve, across, up):
-                axes.plot(piece[:, 0], piece[:, 1], color=INK, linewidth=1.4)
-        axes.set(xlim=(across.low, across.high), ylim=(up.low, up.high), xlabel=across.label, ylabel=up.label)
-        axes.set(xticks=np.array(across.ticks), yticks=np.array(up.ticks))
-        axes.set_box_aspect(1)
-        axes.grid(alpha=0.3)
+        _draw(axes, curves, across, up)
     for axes in grid[len(panels) :]:
         axes.set_visible(False)
     figure.suptitle(f"{atlas.robot.name}, corank {stratum.corank}".replace("$", r"\$"))
-    figure.savefig(path, dpi=130)
+    return figure
+
+
+def _draw(axes: Axes, curves: tuple[Curve, ...], across: Axis, up: Axis) -> None:
+    for curve in curves:
+        if not curve.ordered:
+            axes.plot(across.shown(curve.values), up.shown(curve.values), ".", color=INK, markersize=1.5)
+            continue
+        for piece in strokes(curve, across, up):
+            axes.plot(piece[:, 0], piece[:, 1], color=INK, linewidth=1.4)
+    axes.set(xlim=(across.low, across.high), ylim=(up.low, up.high), xlabel=across.label, ylabel=up.label)
+    axes.set(xticks=np.array(across.ticks), yticks=np.array(up.ticks))
+    axes.set_box_aspect(1)
+    axes.grid(alpha=0.3)

@@ -35,14 +35,20 @@ SWEEPS = 3
 
 
 @dataclass(frozen=True, eq=False)
-class _Slope:
-    """σ_{m−k+1} at N configurations, and ∂σ_i/∂q of the k smallest: on the diagonal of `block`, (N, k, k, n)."""
+class Slope:
+    """The k smallest singular values at N configurations and how they change.
+
+    Attributes:
+        weakest: σ_{m−k+1} to σ_m, (N, k).
+        block: u_aᵀ (∂J/∂q) v_b of their vectors, (N, k, k, n): ∂σ/∂q on the diagonal.
+    """
 
     weakest: Array
     block: Array
 
     @classmethod
-    def at(cls, chain: ScrewChain, values: Array, corank: int) -> _Slope:
+    def at(cls, chain: ScrewChain, values: Array, corank: int) -> Slope:
+        """At joint values (N, n)."""
         screws = chain.screws(values)
         found = svd(chain.jacobian_of(screws))
         right = np.swapaxes(found.Vt[:, chain.m - corank :], -1, -2)
@@ -55,8 +61,24 @@ class _Slope:
         return np.asarray(np.sum(np.cumprod(near, axis=1), axis=1))
 
 
-def gradient_search(chain: ScrewChain, corank: int, starts: Array, tolerance: float = TOLERANCE) -> Search:
-    """Steepest descent of σ_{m−k+1} from each start (N, n); what comes below FOUND is polished to the tolerance."""
+def gradient_search(
+    chain: ScrewChain,
+    corank: int,
+    starts: Array,
+    tolerance: float = TOLERANCE,
+    *,
+    rotated: bool = True,
+) -> Search:
+    """Steepest descent of σ_{m−k+1}, what comes below FOUND polished to the tolerance.
+
+    Args:
+        chain: What moves the tip.
+        corank: k.
+        starts: Joint values, (N, n).
+        tolerance: ‖r‖/σ₁ that counts as zero.
+        rotated: Whether clusters are rotated and combined; without, the gradient is that of the vectors that the SVD
+            happens to give there.
+    """
     values = starts.copy()
     target = _targets(chain, values, corank)
     idle, tries = np.zeros((2, len(values)), dtype=int)
@@ -64,7 +86,9 @@ def gradient_search(chain: ScrewChain, corank: int, starts: Array, tolerance: fl
         active = np.flatnonzero((target > FOUND) & (idle < PATIENCE))
         if active.size == 0:
             break
-        values[active], lower = _descended(chain, values[active], corank)
+        slope = Slope.at(chain, values[active], corank)
+        along = directions(chain, values[active], slope, rotated=rotated)
+        values[active], lower = line_search(chain, values[active], corank, slope.weakest[:, 0], along)
         idle[active] = np.where(lower < 0.999 * target[active], 0, idle[active] + 1)
         target[active] = lower
         tries[active] += 1
@@ -82,23 +106,23 @@ def _targets(chain: ScrewChain, values: Array, corank: int) -> Array:
     return np.asarray(found.reshape(values.shape[:-1]))
 
 
-def _descended(chain: ScrewChain, values: Array, corank: int) -> tuple[Array, Array]:
-    """One step of (11) from each of the values, and σ_{m−k+1} after it; no step where none descends."""
-    slope = _Slope.at(chain, values, corank)
-    directions = slope.block[:, 0, 0].copy()
+def directions(chain: ScrewChain, values: Array, slope: Slope, *, rotated: bool = True) -> Array:
+    """What (11) goes against at each of the values: ∂σ_{m−k+1}/∂q, within clusters (13), (N, n)."""
+    corank = slope.weakest.shape[1]
+    chosen = slope.block[:, 0, 0].copy()
     clusters = slope.cluster
-    for size in range(2, corank + 1):
+    for size in range(2, corank + 1 if rotated else 0):
         which = np.flatnonzero(clusters == size)
         if which.size:
             gradients = rotated_gradients(slope.block[which, :size, :size])
-            directions[which] = _combined(chain, values[which], corank, slope.weakest[which, 0], gradients)
-    return _line_search(chain, values, corank, slope.weakest[:, 0], directions)
+            chosen[which] = _combined(chain, values[which], corank, slope.weakest[which, 0], gradients)
+    return chosen
 
 
-def _line_search(
+def line_search(
     chain: ScrewChain, values: Array, corank: int, sigma: Array, directions: Array, *, refine: bool = True
 ) -> tuple[Array, Array]:
-    """Where σ_{m−k+1} is least along −directions, and how large it is there."""
+    """Where σ_{m−k+1} is least along −directions, and how large it is there; where it is nowhere less, no step."""
     squared = np.sum(directions**2, axis=1)
     unit = directions * (sigma / np.where(squared > 0, squared, 1.0))[:, None]
     longest = np.abs(unit).max(axis=1, keepdims=True)
@@ -153,6 +177,6 @@ def _combined(chain: ScrewChain, values: Array, corank: int, sigma: Array, gradi
     direction = gradients[:, 0]
     for other in np.moveaxis(gradients[:, 1:], 1, 0):
         tried = [gamma * direction + (1 - gamma) * other for gamma in GAMMAS]
-        least = [_line_search(chain, values, corank, sigma, each, refine=False)[1] for each in tried]
+        least = [line_search(chain, values, corank, sigma, each, refine=False)[1] for each in tried]
         direction = np.stack(tried)[np.argmin(least, axis=0), np.arange(len(values))]
     return np.asarray(direction)

@@ -1,0 +1,136 @@
+"""A figure of an arm standing still, as a skeleton, with what its tool cannot do there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robust_ik.checks import Array, as_array, checked_parameter
+from robust_ik.errors import InputError, TipError
+from robust_ik.linalg import svd
+from robust_ik.robot import Robot
+from robust_ik.rows import ROWS
+from robust_ik.singularities.sparse import sparse_basis
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+BONE, KNUCKLE = "#7f8791", "#455c78"
+LOST = ("#1f4fd8", "#d6202c", "#1f9d45", "#8a3fb5", "#c77a12", "#0f9aa8")
+"""Colours of lost directions."""
+SMALL = 0.05
+"""Parts of a direction below this are not drawn."""
+ACROSS = 4
+
+
+def stills_figure(robot: Robot, configurations: Mapping[str, ArrayLike], *, tolerance: float = 1e-2) -> Figure:
+    """An arm in some configurations side by side, with the directions that are lost there.
+
+    A lost direction has one colour, the basis of several being the sparse one: its translation is a solid double arrow
+    at the tip, its rotation a dotted ring about a dotted line, both the smaller the smaller their part is.
+
+    Args:
+        robot: An arm with a tip.
+        configurations: Configurations, (nq,), by what to call them.
+        tolerance: σ/σ₁ below which a direction counts as lost.
+
+    Raises:
+        TipError: The robot was loaded whole, without a tip.
+        InputError: There is nothing to draw, or a configuration does not fit.
+    """
+    from matplotlib.figure import Figure  # not pyplot: no window, no state
+
+    if robot.tip is None:
+        raise TipError("a robot without a tip has no directions to lose: load it with a tip")
+    if not configurations:
+        raise InputError("there is nothing to draw: give at least one configuration")
+    tolerance = checked_parameter("tolerance", tolerance, above=0, below=1)
+    over = min(ACROSS, len(configurations))
+    down = -(-len(configurations) // over)
+    figure = Figure(figsize=(2.9 * over, 3.4 * down), layout="constrained")
+    for index, (label, q) in enumerate(configurations.items()):
+        axes: Any = figure.add_subplot(down, over, index + 1, projection="3d")
+        _draw(axes, robot, as_array(q, "configuration", (robot.nq,)), tolerance)
+        axes.set_title(label, fontsize="medium")
+    return figure
+
+
+def lost_basis(robot: Robot, q: ArrayLike, tolerance: float = 1e-2) -> Array:
+    """The directions that are lost at a configuration (nq,) as sparse columns of six rows, (6, k)."""
+    J = robot.jacobian(q)
+    found = svd(J)
+    lost = found.U[:, found.s <= tolerance * found.s[0]]
+    basis = np.zeros((6, lost.shape[1] + max(J.shape[0] - found.s.size, 0)))
+    rows = [ROWS.index(row) for row in robot.rows]
+    basis[rows, : lost.shape[1]] = lost
+    return sparse_basis(basis) if basis.shape[1] else basis
+
+
+def _draw(axes: Any, robot: Robot, q: Array, tolerance: float) -> None:
+    bones, pivots = _bones(robot, q), _axes(robot, q)
+    tip = robot.pose(q)[:3, 3]
+    corners = np.concatenate([bones.reshape(-1, 3), tip[None]])
+    size = float(np.linalg.norm(np.ptp(corners, axis=0)))
+    size = size if size > 0 else 1.0
+    for bone in bones:
+        axes.plot(*bone.T, color=BONE, linewidth=5, solid_capstyle="round")
+    for point, axis in pivots:
+        axes.plot(*(point + 0.06 * size * np.outer([-1, 1], axis)).T, color=KNUCKLE, linewidth=2.5)
+    axes.plot(*tip[:, None], "o", color="black", markersize=4)
+    for twist, color in zip(lost_basis(robot, q, tolerance).T, LOST):
+        _draw_lost(axes, tip, 0.3 * size * twist[:3], 0.3 * size * twist[3:], color)
+    _frame(axes, corners, tip, 0.3 * size)
+
+
+def _bones(robot: Robot, q: Array) -> Array:
+    """From each link's origin to the next one's, and to the tip, (B, 2, 3)."""
+    joints = robot.description.joints
+    ends = [[robot.pose(q, joint.parent)[:3, 3], robot.pose(q, joint.child)[:3, 3]] for joint in joints]
+    return np.array(ends)
+
+
+def _axes(robot: Robot, q: Array) -> list[tuple[Array, Array]]:
+    """Where the moving joints are and the unit axes that they turn about or slide along."""
+    found = []
+    for index, name in enumerate(robot.joint_names):
+        joint = robot.description.joint[name]
+        motion = robot.jacobian(q, joint.child, rows=ROWS)[:, index]
+        axis = motion[:3] if joint.kind == "prismatic" else motion[3:]
+        found.append((robot.pose(q, joint.child)[:3, 3], axis / np.linalg.norm(axis)))
+    return found
+
+
+def _draw_lost(axes: Any, tip: Array, shift: Array, turn: Array, color: str) -> None:
+    largest = max(float(np.linalg.norm(shift)), float(np.linalg.norm(turn)))
+    if np.linalg.norm(shift) > SMALL * largest:
+        for way in (shift, -shift):
+            axes.quiver(*tip, *way, color=color, linewidth=1.8, arrow_length_ratio=0.25)
+    if np.linalg.norm(turn) > SMALL * largest:
+        axes.plot(*(tip + np.outer([-1, 1], turn)).T, ":", color=color, linewidth=1.6)
+        axes.plot(*(tip + _ring(0.55 * turn)).T, ":", color=color, linewidth=1.8)
+
+
+def _ring(turn: Array) -> Array:
+    """A circle about a vector, as large as it is long, (N, 3)."""
+    across = np.cross(turn, np.eye(3)[np.abs(turn).argmin()])
+    across *= np.linalg.norm(turn) / np.linalg.norm(across)
+    up = np.cross(turn, across) / np.linalg.norm(turn)
+    angle = np.linspace(0, 2 * np.pi, 49)[:, None]
+    return np.asarray(np.cos(angle) * across + np.sin(angle) * up)
+
+
+def _frame(axes: Any, corners: Array, tip: Array, reach: float) -> None:
+    """The view: everything in it, one scale for all axes."""
+    corners = np.concatenate([corners, tip + 1.1 * reach * np.array([[-1.0], [1.0]])])
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
+    axes.set_box_aspect(high - low, zoom=1.05)
+    axes.set_xlabel("x [m]", labelpad=-8, fontsize=7)
+    axes.set_ylabel("y [m]", labelpad=-8, fontsize=7)
+    axes.set_zlabel("z [m]", labelpad=-8, fontsize=7)
+    axes.tick_params(labelsize=6, pad=-3)
+    axes.locator_params(nbins=4)
+    axes.view_init(elev=18, azim=-58)
