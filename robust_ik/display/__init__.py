@@ -3,6 +3,7 @@
 from robust_ik.display.atlas_page import write_atlas_html
 from robust_ik.display.configuration import draw_configuration
 from robust_ik.display.curves import curves_figure, plot_curves
+from robust_ik.display.descents import descents_figure
 from robust_ik.display.drawn_robot import DrawnRobot, MissingMesh, draw_robot
 from robust_ik.display.gains import plot_gains
 from robust_ik.display.report import write_html
@@ -16,6 +17,7 @@ __all__ = [
     "MissingMesh",
     "Scene",
     "curves_figure",
+    "descents_figure",
     "draw_configuration",
     "draw_robot",
     "draw_run",

@@ -26,16 +26,19 @@ SMALL = 0.05
 ACROSS = 4
 
 
-def stills_figure(robot: Robot, configurations: Mapping[str, ArrayLike], *, tolerance: float = 1e-2) -> Figure:
+def stills_figure(
+    robot: Robot, configurations: Mapping[str, ArrayLike], *, tolerance: float = 1e-2, sparse: bool = True
+) -> Figure:
     """An arm in some configurations side by side, with the directions that are lost there.
 
-    A lost direction has one colour, the basis of several being the sparse one: its translation is a solid double arrow
-    at the tip, its rotation a dotted ring about a dotted line, both the smaller the smaller their part is.
+    A lost direction has one colour: its translation is a solid double arrow at the tip, its rotation a dotted ring about
+    a dotted line, both the smaller the smaller their part is.
 
     Args:
         robot: An arm with a tip.
         configurations: Configurations, (nq,), by what to call them.
         tolerance: σ/σ₁ below which a direction counts as lost.
+        sparse: Whether several directions are turned to the sparse basis; else they are as the SVD gives them.
 
     Raises:
         TipError: The robot was loaded whole, without a tip.
@@ -53,23 +56,23 @@ def stills_figure(robot: Robot, configurations: Mapping[str, ArrayLike], *, tole
     figure = Figure(figsize=(2.9 * over, 3.4 * down), layout="constrained")
     for index, (label, q) in enumerate(configurations.items()):
         axes: Any = figure.add_subplot(down, over, index + 1, projection="3d")
-        _draw(axes, robot, as_array(q, "configuration", (robot.nq,)), tolerance)
+        q = as_array(q, "configuration", (robot.nq,))
+        _draw(axes, robot, q, lost_basis(robot, q, tolerance, sparse=sparse))
         axes.set_title(label, fontsize="medium")
     return figure
 
 
-def lost_basis(robot: Robot, q: ArrayLike, tolerance: float = 1e-2) -> Array:
-    """The directions that are lost at a configuration (nq,) as sparse columns of six rows, (6, k)."""
+def lost_basis(robot: Robot, q: ArrayLike, tolerance: float = 1e-2, *, sparse: bool = True) -> Array:
+    """The directions that are lost at a configuration (nq,) as columns of six rows, (6, k)."""
     J = robot.jacobian(q)
     found = svd(J)
     lost = found.U[:, found.s <= tolerance * found.s[0]]
-    basis = np.zeros((6, lost.shape[1] + max(J.shape[0] - found.s.size, 0)))
-    rows = [ROWS.index(row) for row in robot.rows]
-    basis[rows, : lost.shape[1]] = lost
-    return sparse_basis(basis) if basis.shape[1] else basis
+    basis = np.zeros((6, lost.shape[1]))
+    basis[[ROWS.index(row) for row in robot.rows]] = lost
+    return sparse_basis(basis) if sparse and basis.shape[1] else basis
 
 
-def _draw(axes: Any, robot: Robot, q: Array, tolerance: float) -> None:
+def _draw(axes: Any, robot: Robot, q: Array, lost: Array) -> None:
     bones, pivots = _bones(robot, q), _axes(robot, q)
     tip = robot.pose(q)[:3, 3]
     corners = np.concatenate([bones.reshape(-1, 3), tip[None]])
@@ -80,7 +83,7 @@ def _draw(axes: Any, robot: Robot, q: Array, tolerance: float) -> None:
     for point, axis in pivots:
         axes.plot(*(point + 0.06 * size * np.outer([-1, 1], axis)).T, color=KNUCKLE, linewidth=2.5)
     axes.plot(*tip[:, None], "o", color="black", markersize=4)
-    for twist, color in zip(lost_basis(robot, q, tolerance).T, LOST):
+    for twist, color in zip(lost.T, LOST):
         _draw_lost(axes, tip, 0.3 * size * twist[:3], 0.3 * size * twist[3:], color)
     _frame(axes, corners, tip, 0.3 * size)
 

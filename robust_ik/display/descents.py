@@ -1,0 +1,49 @@
+"""A figure of searches by gradients, step by step."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from robust_ik.errors import InputError
+from robust_ik.singularities.gradient import FOUND
+from robust_ik.singularities.history import Descent
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+LEAST = 1e-9
+"""What the logarithmic axis shows as zero."""
+
+
+def descents_figure(descents: Mapping[str, Descent]) -> Figure:
+    """The weakest singular values of searches over their steps, above how far the gradient turns from step to step.
+
+    Args:
+        descents: Searches by what to call them, drawn side by side.
+
+    Raises:
+        InputError: There is none.
+    """
+    from matplotlib.figure import Figure  # not pyplot: no window, no state
+
+    if not descents:
+        raise InputError("there is nothing to draw: give at least one descent")
+    figure = Figure(figsize=(4.2 * len(descents) + 0.6, 4.6), layout="constrained")
+    grid = figure.subplots(2, len(descents), sharex="col", sharey="row", squeeze=False)
+    for (sigma, turn), (label, each) in zip(grid.T, descents.items()):
+        count = each.s.shape[1]
+        for index, values in enumerate(each.weakest.T, start=count - each.corank + 1):
+            sigma.plot(np.maximum(values, LEAST), linewidth=1.2, label=f"σ{index}")
+        sigma.axhline(FOUND, color="red", linewidth=0.8)
+        sigma.set(yscale="log", title=label)
+        sigma.legend(fontsize="small")
+        turn.plot(np.arange(1, len(each.turns) + 1), np.degrees(each.turns), color="C3", linewidth=0.8)
+        turn.set(ylim=(0, 185), yticks=(0, 45, 90, 135, 180), xlabel="step")
+        for axes in (sigma, turn):
+            axes.grid(alpha=0.3)
+    grid[0, 0].set_ylabel("σ")
+    grid[1, 0].set_ylabel("turn of the gradient [°]")
+    return figure
