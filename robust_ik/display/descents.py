@@ -14,12 +14,11 @@ from robust_ik.singularities.history import Descent
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-LEAST = 1e-9
-"""What the logarithmic axis shows as zero."""
-
 
 def descents_figure(descents: Mapping[str, Descent]) -> Figure:
     """The weakest singular values of searches over their steps, above how far the gradient turns from step to step.
+
+    A red line marks the ε of 1e-6 where it was reached.
 
     Args:
         descents: Searches by what to call them, drawn side by side.
@@ -32,13 +31,15 @@ def descents_figure(descents: Mapping[str, Descent]) -> Figure:
     if not descents:
         raise InputError("there is nothing to draw: give at least one descent")
     figure = Figure(figsize=(4.2 * len(descents) + 0.6, 4.6), layout="constrained")
-    grid = figure.subplots(2, len(descents), sharex="col", sharey="row", squeeze=False)
+    grid = figure.subplots(2, len(descents), sharex="col", squeeze=False)
     for (sigma, turn), (label, each) in zip(grid.T, descents.items()):
         count = each.s.shape[1]
         for index, values in enumerate(each.weakest.T, start=count - each.corank + 1):
-            sigma.plot(np.maximum(values, LEAST), linewidth=1.2, label=f"σ{index}")
-        sigma.axhline(FOUND, color="red", linewidth=0.8)
+            sigma.plot(values, linewidth=1.2, label=f"σ{index}")
         sigma.set(yscale="log", title=label)
+        if each.converged:
+            sigma.axhline(FOUND, color="red", linewidth=0.8)
+            sigma.set_ylim(bottom=0.3 * FOUND)
         sigma.legend(fontsize="small")
         turn.plot(np.arange(1, len(each.turns) + 1), np.degrees(each.turns), color="C3", linewidth=0.8)
         turn.set(ylim=(0, 185), yticks=(0, 45, 90, 135, 180), xlabel="step")

@@ -31,8 +31,8 @@ def stills_figure(
 ) -> Figure:
     """An arm in some configurations side by side, with the directions that are lost there.
 
-    A lost direction has one colour: its translation is a solid double arrow at the tip, its rotation a dotted ring about
-    a dotted line, both the smaller the smaller their part is.
+    A lost direction has one colour: its translation is a solid double arrow at the tip, its rotation a dotted ring
+    about a dotted line, both the smaller the smaller their part is.
 
     Args:
         robot: An arm with a tip.

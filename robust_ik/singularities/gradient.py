@@ -24,7 +24,6 @@ FOUND = 1e-6
 CLUSTER = 0.02
 """Relative distance of singular values that counts as none."""
 PATIENCE = 3
-"""Steps without descent after which a search is given up."""
 COARSE = 2.0 ** np.arange(2, -14, -1)
 """Lengths of steps to try, of the one that brings a linear σ to zero."""
 FINE = np.linspace(0.55, 1.9, 10)
@@ -68,6 +67,7 @@ def gradient_search(
     tolerance: float = TOLERANCE,
     *,
     rotated: bool = True,
+    patience: int = PATIENCE,
 ) -> Search:
     """Steepest descent of σ_{m−k+1}, what comes below FOUND polished to the tolerance.
 
@@ -78,12 +78,13 @@ def gradient_search(
         tolerance: ‖r‖/σ₁ that counts as zero.
         rotated: Whether clusters are rotated and combined; without, the gradient is that of the vectors that the SVD
             happens to give there.
+        patience: Steps without descent after which a search is given up.
     """
     values = starts.copy()
     target = _targets(chain, values, corank)
     idle, tries = np.zeros((2, len(values)), dtype=int)
     for _ in range(STEPS):
-        active = np.flatnonzero((target > FOUND) & (idle < PATIENCE))
+        active = np.flatnonzero((target > FOUND) & (idle < patience))
         if active.size == 0:
             break
         slope = Slope.at(chain, values[active], corank)
