@@ -18,7 +18,7 @@ FOLDER = Path(__file__).parents[1] / "notebooks"
 STYLE = """body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;color:#1c2530}
 pre{overflow-x:auto;background:#f4f6f8;padding:.6rem .8rem;border-radius:4px;font-size:.85em}
 img{max-width:100%}table{border-collapse:collapse}td,th{border:1px solid #d5dbe1;padding:.2rem .5rem;text-align:right}
-.jp-InputPrompt,.jp-OutputPrompt,.anchor-link{display:none}"""
+.prompt,.jp-InputPrompt,.jp-OutputPrompt,.anchor-link{display:none}"""
 
 
 def page(path: Path) -> str:
