@@ -136,7 +136,7 @@ def test_figure_1_where_the_two_values_meet_the_gradient_turns_from_step_to_step
     assert run.weakest[-100:, 0].max() > 1e-4
 
 
-def test_figure_2_corank_3_is_not_reached_at_all():
+def test_figure_2_where_three_values_are_near_the_gradient_turns_and_the_first_hardly_falls():
     run = stuck()
     assert np.degrees(run.turns.max()) > 100
     assert not run.converged
