@@ -13,7 +13,10 @@ from robust_ik.derivatives import closed_form_hessian, singular_value_gradient
 from robust_ik.singularities.kinematics import ScrewChain
 
 FIG_1, FIG_2, FIG_3 = (91, 0.01), (239, 0.02), 229
-"""Stand-ins: number of a random start and α for the plain descents, a start for the rotated one."""
+"""Stand-ins: number of a start and α for the plain descents, a start for the rotated one.
+
+They were picked out of the 300 because they look like the figures: they show that such runs exist, not how often.
+"""
 SUBSPACE = np.array(
     [
         [0, 0, 0],
