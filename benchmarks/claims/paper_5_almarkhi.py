@@ -64,7 +64,7 @@ def _descents() -> list[Claim]:
         Claim(
             "Fig. 1: plain descent to corank 2", "σ5 ≈ σ6 near step 600, turns to 180°, about 3000 steps",
             f"σ5 ≈ σ6 at step {met[0]}, turns to {turns[0]:.0f}°, {end}", "holds in kind",
-            "robot, start and step are not told: PA-10, a start picked out of 300, α = 0.01; when it falls below ε is luck",
+            "robot, start, step are not told: PA-10, a start picked out of 300, α = 0.01; when it ends is luck",
         ),
         Claim(
             "Fig. 2: plain descent to corank 3", "turns of 170°, σ4 never converges",
