@@ -82,6 +82,37 @@ def test_a_list_with_a_family_that_the_proof_does_not_have_is_not_certified():
     assert statuses(replace(atlas, strata=(moved, *atlas.strata)))[0] is Status.ESTIMATE
 
 
+def test_a_curve_does_not_stand_for_another_family_of_its_dimension():
+    """It has no equation, so it could account for points that only have as many freedoms."""
+    atlas = atlas_of("panda")
+    lacking = replace(atlas, strata=tuple(row for row in atlas if row.words != "q2 ∈ {0, π} and q4 = 0"))
+    assert len(lacking) == len(atlas) - 1
+    assert any(row.curve for row in lacking.of_corank(1))
+    assert statuses(lacking)[0] is Status.ESTIMATE
+    few = rik.find_singularities(rik.load("panda"), 1, starts=5, rng=3)
+    assert len(few) == 5
+    assert few.evidence[0].status is Status.CERTIFIED
+
+
+def test_a_family_whose_conditions_say_less_than_its_samples_is_not_certified():
+    atlas = atlas_of("puma560")
+    wrist = next(row for row in atlas if row.words == "q5 ∈ {0, π}")
+    everywhere = replace(wrist, conditions=(), free=tuple(range(6)))
+    rest = tuple(row for row in atlas if row.corank > 1)
+    assert statuses(replace(atlas, strata=(everywhere, *rest)))[0] is Status.ESTIMATE
+    more = replace(wrist.conditions[0], values=(0.0, 1.0, np.pi))
+    added = tuple(replace(row, conditions=(more,)) if row is wrist else row for row in atlas)
+    assert statuses(replace(atlas, strata=added))[0] is Status.ESTIMATE
+
+
+def test_a_relation_that_holds_elsewhere_too_is_not_certified():
+    atlas = atlas_of("puma560")
+    elbow = atlas.strata[0]
+    nothing = replace(elbow.relations[0], coefficients=0 * elbow.relations[0].coefficients)
+    wider = replace(elbow, relations=(nothing,))
+    assert statuses(replace(atlas, strata=(wider, *atlas.strata[1:])))[0] is Status.ESTIMATE
+
+
 def test_proofs_find_what_random_starts_miss():
     atlas = rik.find_singularities(rik.load("pa10"), starts=1)
     assert [sum(row.components for row in atlas.of_corank(k)) for k in (1, 2, 3)] == [14, 40, 32]

@@ -15,6 +15,7 @@ from robust_ik.singularities.confidence import Evidence, Status
 from robust_ik.singularities.kinematics import ScrewChain
 from robust_ik.singularities.leaves import Leaf
 from robust_ik.singularities.residual import Indices, coranks
+from robust_ik.singularities.solving import solved
 from robust_ik.singularities.survey import accounts
 from robust_ik.singularities.walking import polished, relative_sigmas
 
@@ -34,6 +35,7 @@ class Proven:
         places: Its leaves at the real places of their fields.
         points: Joint values on all of them, (N, n).
         coranks: Of the arm at the points, (N,).
+        owners: Which place each point is on, (N,).
     """
 
     proof: Proof
@@ -41,6 +43,7 @@ class Proven:
     places: tuple[Place, ...]
     points: Array
     coranks: Indices
+    owners: Indices
 
     @classmethod
     def of(cls, chain: ScrewChain, arm: Arm | None, proof: Proof) -> Proven:
@@ -53,13 +56,14 @@ class Proven:
         """
         verdict = check(proof, arm=arm) if arm is not None and proof.status in ("proved", "implicit") else None
         if verdict is None or not verdict.accepted:
-            return cls(proof, verdict, (), np.empty((0, chain.n)), np.empty(0, dtype=int))
+            return cls(proof, verdict, (), np.empty((0, chain.n)), *np.empty((2, 0), dtype=int))
         rng = np.random.default_rng(proof.corank)
         places = tuple(place for leaf in leaves(proof) for place in leaf.places)
         found = [members(place, rng, POINTS) for place in places]
         points = np.concatenate([np.empty((0, chain.n)), *found])
         points = polished(chain, points, proof.corank)
-        return cls(proof, verdict, places, points, coranks(relative_sigmas(chain, points)))
+        owners = np.repeat(np.arange(len(places)), [len(each) for each in found])
+        return cls(proof, verdict, places, points, coranks(relative_sigmas(chain, points)), owners)
 
     @property
     def accepted(self) -> bool:
@@ -69,22 +73,36 @@ class Proven:
     def unlisted(self, chain: ScrewChain, listed: Sequence[Leaf], *, only: bool) -> Array:
         """Points on the proof's leaves that a list does not account for, (N, n).
 
+        A curve has no equation: it accounts only for places that samples of it lie on, not for all of its dimension.
+
         Args:
             chain: The geometry.
             listed: Leaves of this corank and of higher ones.
-            only: Whether higher coranks are not in the list, and not meant to be.
+            only: Whether points of higher coranks are left out: those are not in the list, and not meant to be.
         """
-        points = self.points[self.coranks == self.proof.corank] if only else self.points
-        if len(points) > 0:
-            points = np.asarray(points[~accounts(chain, self.proof.corank, listed, points)])
-        return points
+        wanted = (self.coranks == self.proof.corank) | (not only)
+        lacking = [np.empty((0, chain.n))]
+        for index, place in enumerate(self.places):
+            points = self.points[wanted & (self.owners == index)]
+            near = [leaf for leaf in listed if not leaf.curve or (place.residual(leaf.samples) <= STRAY).any()]
+            lacking.append(points[~accounts(chain, self.proof.corank, near, points)])
+        return np.concatenate(lacking)
 
-    def strays(self, listed: Sequence[Leaf]) -> int:
-        """How many samples of the list lie on no leaf of the proof: none, if both are right."""
-        samples = [leaf.samples for leaf in listed if leaf.corank == self.proof.corank]
-        if not samples:
-            return 0
-        values = np.concatenate(samples)
+    def strays(self, chain: ScrewChain, listed: Sequence[Leaf]) -> int:
+        """How many members of the list lie on no leaf of the proof: none, if both are right.
+
+        Members are samples, samples with their free joints anywhere, and what else fulfils the conditions.
+        """
+        rng = np.random.default_rng(self.proof.corank)
+        values = np.concatenate(
+            [np.empty((0, chain.n))]
+            + [
+                each
+                for leaf in listed
+                if leaf.corank == self.proof.corank
+                for each in (leaf.samples, leaf.filled(chain, rng), solved(chain, leaf, rng, POINTS))
+            ]
+        )
         away = np.min([np.full(len(values), np.inf), *(each.residual(values) for each in self.places)], axis=0)
         return int(np.sum(away > STRAY))
 

@@ -14,6 +14,7 @@ from robust_ik.singularities.confidence import Evidence, Status
 from robust_ik.singularities.facts import RobotFacts
 from robust_ik.singularities.finder import find_points
 from robust_ik.singularities.leaves import Leaf
+from robust_ik.singularities.merging import joined
 from robust_ik.singularities.points import Points
 from robust_ik.singularities.proving import Proven
 from robust_ik.singularities.survey import accounts, survey
@@ -134,10 +135,13 @@ def prove(work: Work, corank: int) -> bool:
         proof = Proof(None, corank, reason=facts.inexact) if facts.exact is None else certify_plain(facts.exact, corank)
         work.proven[corank] = Proven.of(facts.chain, facts.exact, proof)
     proven = work.proven[corank]
-    lacking = proven.points[proven.coranks == corank]
-    if len(lacking) and not accounts(facts.chain, corank, work.of(corank), lacking).all():
-        found = survey(facts.chain, corank, lacking, work.rng(corank, 30), known=work.of(corank))
-        work.leaves = [leaf for leaf in work.leaves if leaf.corank != corank] + list(found.leaves)
+    lacking = proven.unlisted(facts.chain, work.of(corank), only=True)
+    if len(lacking):
+        # A curve would account for these points too: it is put aside until they have been read.
+        curves = [leaf for leaf in work.of(corank) if leaf.curve]
+        others = [leaf for leaf in work.of(corank) if not leaf.curve]
+        found = survey(facts.chain, corank, lacking, work.rng(corank, 30), known=others)
+        work.leaves = [leaf for leaf in work.leaves if leaf.corank != corank] + joined([*curves, *found.leaves])
     return bool(work.of(corank))
 
 
@@ -157,7 +161,7 @@ def judged(work: Work) -> tuple[Evidence, ...]:
             continue
         listed = [leaf for leaf in work.leaves if leaf.corank >= corank]
         unlisted = len(proven.unlisted(work.facts.chain, listed, only=only))
-        found.append(proven.judged(evidence, unlisted, proven.strays(listed)))
+        found.append(proven.judged(evidence, unlisted, proven.strays(work.facts.chain, listed)))
     return tuple(found)
 
 
