@@ -150,6 +150,69 @@ def test_a_file_is_not_believed_but_checked_again(tmp_path):
     assert Status.CERTIFIED not in {each.status for each in SingularityAtlas.load(path).evidence}
 
 
+def edited(name, tmp_path, edit):
+    """The atlas that is read from a file in which something was changed."""
+    data = json.loads(atlas_of(name).save(tmp_path / "atlas.json").read_text())
+    edit(data)
+    (tmp_path / "atlas.json").write_text(json.dumps(data))
+    return SingularityAtlas.load(tmp_path / "atlas.json")
+
+
+def wider(data):
+    data["strata"][0] |= {"conditions": [], "relations": [], "free": list(range(6)), "dimension": 6}
+
+
+def doubled(data):
+    chain = data["robot"]["chain"]
+    chain["offsets"] = [[2 * length for length in offset] for offset in chain["offsets"]]
+
+
+def put(*path):
+    """Puts the last of its arguments where the others lead to."""
+    *way, key, value = path
+
+    def edit(data):
+        for each in way:
+            data = data[each]
+        data[key] = value
+
+    return edit
+
+
+@pytest.mark.parametrize(
+    "edit, message",
+    [
+        (wider, "not singular"),
+        (doubled, "about another arm"),
+        (put("robot", "chain", "period", [1e-9] * 6), "a whole turn"),
+        (put("robot", "chain", "joint_names", ["a"] * 6), "about another arm"),
+        (put("robot", "name", 5), "no text"),
+        (put("robot", "lower", [1, 2]), "limits are not of 6 joints"),
+        (put("strata", 2, "dimension", 1), "has not the dimension 1"),
+        (put("strata", 2, "free", []), "are not the robot's"),
+        (put("strata", 2, "corank", 6), "of which nothing is said"),
+        (put("strata", 2, "samples", 0, [9.0] * 6), "not singular"),
+        (put("strata", 2, "components", "many"), "components cannot be 'many'"),
+        (put("strata", 2, "conditions", 0, "values", [0.0, 1.0]), "not singular"),
+        (put("strata", 2, "conditions", 0, "values", [10**400]), "too large"),
+        (put("strata", 0, "relations", 0, "coefficients", [0.0] * 3), "coefficients up to 1"),
+        (put("strata", 0, "relations", 0, "points", float("inf")), "infinity"),
+        (put("evidence", 0, "fresh", "abc"), "fresh cannot be 'abc'"),
+        (put("evidence", 0, "fresh", -5), "fresh cannot be '-5'"),
+        (put("evidence", []), "of which nothing is said"),
+        (put("settings", "method", {}), "no method"),
+    ],
+)
+def test_a_file_whose_rows_or_numbers_cannot_be_is_refused(tmp_path, edit, message):
+    with pytest.raises(rik.LoadError, match=message):
+        edited("puma560", tmp_path, edit)
+
+
+def test_words_come_from_the_conditions_and_not_from_the_file(tmp_path):
+    atlas = edited("puma560", tmp_path, put("strata", 2, "conditions", 0, "words", "q5 = 1"))
+    assert atlas.strata[2].words == "q5 ∈ {0, π}"
+
+
 def test_a_proof_of_another_arm_certifies_nothing():
     atlas, other = atlas_of("pa10"), atlas_of("panda")
     assert set(statuses(replace(atlas, certificate=other.certificate))) == {Status.ESTIMATE, Status.NONE_FOUND}

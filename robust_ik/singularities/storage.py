@@ -21,11 +21,14 @@ from robust_ik.singularities.facts import RobotFacts
 from robust_ik.singularities.kinematics import ScrewChain
 from robust_ik.singularities.lost import lost_along
 from robust_ik.singularities.relations import Factor, Relation
+from robust_ik.singularities.rereading import reread
 from robust_ik.singularities.strata import Condition, Stratum
 from robust_ik.singularities.work import judged, work_of
 
 FORMAT, VERSION = "robust_ik singularity atlas", 2
 LARGEST_FILE = 64_000_000
+BROKEN = (ValueError, KeyError, TypeError, AttributeError, IndexError, ArithmeticError, RecursionError, RobustIKError)
+"""What reading a file comes to whose values are not those of an atlas."""
 CHAIN_ARRAYS = ("rotations", "offsets", "tip", "mixing", "lower", "upper", "period")
 
 
@@ -44,14 +47,15 @@ def load(path: str | Path) -> SingularityAtlas:
     full, content = read_file(path, LARGEST_FILE)
     try:
         data = json.loads(content.decode("utf-8"))
-        if not isinstance(data, dict) or data.get("format") != FORMAT:
-            raise LoadError(f"{full} is no singularity atlas")
-        if data.get("version") != VERSION:
-            raise LoadError(f"{full} is of version {data.get('version')!r}; this package reads version {VERSION}")
+    except (ValueError, RecursionError) as error:
+        raise LoadError(f"{full} is a broken atlas: {error}") from error
+    if not isinstance(data, dict) or data.get("format") != FORMAT:
+        raise LoadError(f"{full} is no singularity atlas")
+    if data.get("version") != VERSION:
+        raise LoadError(f"{full} is of version {data.get('version')!r}; this package reads version {VERSION}")
+    try:
         return from_plain(data)
-    except (ValueError, KeyError, TypeError, AttributeError, IndexError, RecursionError, RobustIKError) as error:
-        if isinstance(error, LoadError):
-            raise
+    except BROKEN as error:
         raise LoadError(f"{full} is a broken atlas: {error}") from error
 
 
@@ -130,6 +134,7 @@ def from_plain(data: dict[str, Any]) -> SingularityAtlas:
         interrupted=bool(data["interrupted"]),
         certificate=None if certificate is None else Certificate.from_json(json.dumps(certificate)),
     )
+    atlas = reread(atlas)
     return replace(atlas, evidence=judged(work_of(atlas)))
 
 
