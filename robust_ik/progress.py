@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import Progress
 
 PATIENCE = 2.0
@@ -28,7 +29,7 @@ def progress_bar(what: str) -> Iterator[Told]:
         yield lambda done, total: None  # noqa: ARG005
         return
     bar, began = Progress(console=Console(stderr=True), transient=True), time.monotonic()
-    task = bar.add_task(what, total=None)
+    task = bar.add_task(escape(what), total=None)
 
     def told(done: int, total: int) -> None:
         if not bar.live.is_started and time.monotonic() - began > PATIENCE:

@@ -141,6 +141,9 @@ def test_names_from_files_are_printed_as_they_are(command, tmp_path):
     assert status == 0
     assert "[red]x[/]" in out
     assert "[/]j" in out
+    status, out, _ = command("singularities", str(path), "--starts", "5")
+    assert status == 0
+    assert "[red]x[/]" in out
 
 
 def test_help_and_version_answer(command):

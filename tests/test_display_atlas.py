@@ -191,6 +191,9 @@ def test_the_same_atlas_gives_the_same_page():
 def test_an_atlas_of_another_robot_is_refused():
     with pytest.raises(InputError, match="the atlas is of duleba_3r"):
         atlas_page(atlas_of("duleba_3r"), arm("srs_7r"))
+    assert arm("puma560").joint_names == arm("puma560_corke").joint_names
+    with pytest.raises(InputError, match="the atlas is of puma560"):
+        atlas_page(find_singularities(arm("puma560"), 1, starts=5), arm("puma560_corke"))
 
 
 def test_no_name_can_bring_markup_into_the_page(tmp_path):

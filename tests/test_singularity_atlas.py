@@ -279,6 +279,23 @@ def test_an_atlas_is_resumed_with_more_starts():
     assert {row.words: (row.dimension, row.components) for row in more} == PA10[2]
 
 
+def test_a_corank_may_be_any_whole_number_and_the_atlas_still_be_saved(tmp_path):
+    atlas = find_singularities(rik.load("duleba_3r"), np.int64(2), starts=20)
+    assert SingularityAtlas.load(atlas.save(tmp_path / "atlas.json")).settings.corank == 2
+
+
+@pytest.mark.parametrize("length", [1e-9, 1e9])
+def test_a_length_scale_that_hides_what_is_singular_is_refused(length):
+    with pytest.raises(InputError, match="length_scale must be from 0.001 to 1000 m"):
+        find_singularities(rik.load("puma560"), 1, starts=20, length_scale=length)
+
+
+def test_which_rows_are_analysed_does_not_depend_on_the_length_scale():
+    atlas = find_singularities(rik.load("puma560"), 1, starts=20, length_scale=1e-3)
+    assert not atlas.robot.reduced
+    assert len(atlas) == 3
+
+
 def test_the_papers_own_method_finds_the_same_rows():
     atlas = find_singularities(rik.load("pa10"), 1, starts=150, method="gradient")
     assert words(atlas, 1) == set(PA10[1])

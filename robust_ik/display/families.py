@@ -13,7 +13,7 @@ from robust_ik.robot import Robot
 from robust_ik.rows import ROWS
 from robust_ik.singularities.atlas import SingularityAtlas
 from robust_ik.singularities.directions import LostMotion, lost_motion
-from robust_ik.singularities.facts import RobotFacts
+from robust_ik.singularities.facts import SAME, RobotFacts
 from robust_ik.singularities.kinematics import ScrewChain
 from robust_ik.singularities.leaving import WayOut, way_out
 from robust_ik.singularities.strata import Stratum
@@ -95,12 +95,20 @@ def families(atlas: SingularityAtlas, robot: Robot) -> tuple[Family, ...]:
         InputError: The atlas is of another robot.
     """
     facts = atlas.robot
-    if (facts.chain.joint_names, facts.tip) != (robot.joint_names, robot.tip):
+    if (facts.chain.joint_names, facts.tip) != (robot.joint_names, robot.tip) or not _same_arm(facts, robot):
         raise InputError(
             f"the atlas is of {facts.name} with tip {facts.tip} and joints {', '.join(facts.chain.joint_names)}, "
             f"not of {robot!r}"
         )
     return tuple(Family.of(atlas, stratum, robot) for stratum in atlas.strata)
+
+
+def _same_arm(facts: RobotFacts, robot: Robot) -> bool:
+    """Whether a robot with the same joints has the geometry that the atlas was given."""
+    given = replace(facts.given, length_scale=1.0)
+    values = given.random(np.random.default_rng(0), 4)
+    theirs = robot.jacobian(robot.configuration(values), rows=given.rows)
+    return bool(np.abs(given.jacobian(values) - theirs).max() < SAME)
 
 
 def _lost_at(robot: Robot, chain: ScrewChain, values: Array, corank: int) -> LostMotion:

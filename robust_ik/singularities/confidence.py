@@ -83,8 +83,9 @@ class Evidence:
     @property
     def _certified(self) -> str:
         if self.leaves == 0:
-            return f"certified: there are none ({self.cases} cases checked)"
-        return f"certified: there are no others ({self.cases} cases checked, {self.leaves} leaves)"
+            return f"certified: there are none ({_counted(self.cases, 'case')} checked)"
+        counts = f"{_counted(self.cases, 'case')} checked, {_counted(self.leaves, 'leaf', 'leaves')}"
+        return f"certified: there are no others ({counts})"
 
     @property
     def _estimate(self) -> str:
@@ -95,6 +96,10 @@ class Evidence:
             f"with 95 % confidence a further random start of this finder meets {what} with probability below "
             f"{100 * self.bound:.2g} % ({self.unmatched} of {self.fresh})"
         )
+
+
+def _counted(number: int, one: str, many: str = "") -> str:
+    return f"{number} {one if number == 1 else many or one + 's'}"
 
 
 def missing_mass(unmatched: int, fresh: int, confidence: float = 0.95) -> float:

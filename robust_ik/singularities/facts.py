@@ -30,6 +30,9 @@ if TYPE_CHECKING:
 SAME = 1e-9
 """Jacobians that differ by less are of the same arm, m and rad."""
 
+SHORTEST, LONGEST = 1e-3, 1e3
+"""Length scales beyond these, m, take linear and angular rows so far apart that what is small is no longer zero."""
+
 
 @dataclass(frozen=True, eq=False)
 class RobotFacts:
@@ -84,6 +87,8 @@ class RobotFacts:
     ) -> RobotFacts:
         """The facts of a robot, its geometry straightened, in the rows that it can reach."""
         asked = ScrewChain.of(robot, rows=rows, length_scale=1.0 if length_scale is None else length_scale)
+        if not SHORTEST <= asked.length_scale <= LONGEST:
+            raise InputError(f"length_scale must be from {SHORTEST} to {LONGEST:g} m, got {length_scale!r}")
         given = reachable_rows(asked)
         chain, changes = straightened(robot, given)
         kinds = [robot.description.joint[name].kind for name in robot.joint_names]

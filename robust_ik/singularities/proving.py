@@ -63,7 +63,8 @@ class Proven:
         points = np.concatenate([np.empty((0, chain.n)), *found])
         points = polished(chain, points, proof.corank)
         owners = np.repeat(np.arange(len(places)), [len(each) for each in found])
-        return cls(proof, verdict, places, points, coranks(relative_sigmas(chain, points)), owners)
+        sigmas = relative_sigmas(replace(chain, length_scale=1.0), points)
+        return cls(proof, verdict, places, points, coranks(sigmas), owners)
 
     @property
     def accepted(self) -> bool:

@@ -14,10 +14,13 @@ SAMPLES = 20
 
 
 def reachable_rows(chain: ScrewChain) -> ScrewChain:
-    """The chain in its task rows if they have full rank somewhere, else in those of them that have."""
+    """The chain in its task rows if they have full rank somewhere, else in those of them that have.
+
+    In metres, whatever its length scale: which rows can be moved is no matter of units.
+    """
 
     def deficient(rows: tuple[str, ...]) -> bool:
-        J = replace(chain, rows=rows).jacobian(values)
+        J = replace(chain, rows=rows, length_scale=1.0).jacobian(values)
         return always_deficient(singular_values(J), len(rows), chain.n)
 
     values = chain.random(np.random.default_rng(0), SAMPLES)

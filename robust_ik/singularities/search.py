@@ -51,7 +51,8 @@ def find_singularities(
         starts: Random starts for each corank.
         rng: A seed, or a generator to draw one from; by default always the same.
         rows: Task rows, of x y z wx wy wz; default the robot's. Those that it cannot move are left out, with a word.
-        length_scale: Length by which linear rows are divided, m; default 1. Strata do not depend on it, σ does.
+        length_scale: Length by which linear rows are divided, 0.001 to 1000 m; default 1. Strata do not depend on it,
+            σ does.
         tolerance: ‖r‖/σ₁ that counts as zero, r being the k smallest singular values.
         method: "projection" (Levenberg-Marquardt), or "gradient", the paper's own, to compare.
         table: DH table whose lengths name coefficients; by default that of a robot of the catalogue.
@@ -72,6 +73,7 @@ def find_singularities(
         raise InputError(f"starts must be a whole number of at least 1, got {starts!r}")
     if corank is not None:
         check_corank(facts.chain, corank)
+        corank = int(corank)
     tolerance = checked_parameter("tolerance", tolerance, above=0, below=1e-6)
     settings = Settings(corank, _seed(rng), int(starts), tolerance, method, bool(certify))
     return _searched(Work(facts, settings), int(starts), progress)

@@ -57,8 +57,8 @@ def cells(row: Stratum) -> tuple[str, ...]:
 def rich_table(atlas: SingularityAtlas) -> Table:
     """For a terminal, also a narrow one: what is lost stands below the conditions."""
     table = Table(
-        title=f"Singularities of {atlas.robot.name}",
-        caption=atlas.explanation,
+        title=Text(f"Singularities of {atlas.robot.name}"),
+        caption=Text(atlas.explanation),
         caption_justify="left",
         box=box.SIMPLE_HEAD,
         padding=(0, 1, 0, 0),
