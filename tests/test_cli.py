@@ -120,6 +120,10 @@ def test_export_does_not_overwrite_unless_forced(command, tmp_path):
         (["info", "missing.urdf"], "no file"),
         (["export", "pa10", "file/x.urdf"], "no folder, so that"),
         (["demo", "planar_2r", "--method", "JParse", "-o", "."], "folder|directory"),
+        (["singularities", "planar_2r", "--markdown", "--latex"], "choose one of"),
+        (["singularities", "planar_2r", "--json", "x", "--html", "x"], "cannot both be written to 'x'"),
+        (["certify", "planar_2r", "--time-limit", "nan"], "time_limit must be"),
+        (["certify", "planar_2r", "--time-limit", "inf"], "time_limit must be"),
     ],
 )
 def test_what_cannot_be_done_is_one_sentence_on_stderr_and_status_one(command, arguments, match):

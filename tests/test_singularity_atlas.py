@@ -291,7 +291,7 @@ def test_a_length_scale_that_hides_what_is_singular_is_refused(length):
 
 
 def test_which_rows_are_analysed_does_not_depend_on_the_length_scale():
-    atlas = find_singularities(rik.load("puma560"), 1, starts=20, length_scale=1e-3)
+    atlas = find_singularities(rik.load("puma560"), 1, starts=20, length_scale=1e3)
     assert not atlas.robot.reduced
     assert len(atlas) == 3
 

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 from robust_ik.certificates.effort import Effort
 from robust_ik.certificates.exact_model import ExactArm, UnsupportedError, exact_arm
 from robust_ik.certificates.proof import Arm, Proof
+from robust_ik.checks import checked_parameter
 from robust_ik.errors import InputError
 
 if TYPE_CHECKING:
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
 
 LINKS = 3
 """How many links' frames are tried, the middle one first."""
+LONGEST = 1e6
+"""Seconds; a system's clocks cannot wait for much longer."""
 WORTH_A_PROCESS = 2.0
 """Seconds that must be left for a process of its own to be started."""
 
@@ -37,13 +40,14 @@ def certify(robot: Robot, corank: int, *, snap: float = 1e-4, time_limit: float 
         robot: A chain of revolute, continuous and prismatic joints; its `rows` are the task.
         corank: Which loss, 1 or more: rank ≤ min(rows, joints) − corank.
         snap: Angles this near to a quarter turn are taken to it, rad.
-        time_limit: Seconds after which what is left stays open.
+        time_limit: Seconds after which what is left stays open, up to a million.
         thorough: Whether a process may be started; without it the proof never depends on how fast the machine is,
             unless the few seconds' work take longer than the time limit.
 
     Raises:
-        InputError: The corank is none that the robot's rank can have.
+        InputError: The corank is none that the robot's rank can have, or the time limit no such time.
     """
+    time_limit = checked_parameter("time_limit", time_limit, least=0, below=LONGEST)
     largest = min(len(robot.rows), robot.n)
     if not isinstance(corank, int) or not 1 <= corank <= largest:
         raise InputError(f"corank must be from 1 to {largest} for {robot.name}, got {corank!r}")

@@ -43,6 +43,10 @@ def singularities(
     """Find every family of singular configurations: conditions, dimension, limits, what is lost, how sure that is."""
     from robust_ik.singularities import find_singularities  # takes half a second to import: only where it is needed
 
+    if markdown and latex:
+        raise InputError("choose one of --markdown and --latex")
+    if json is not None and json == html:
+        raise InputError(f"--json and --html cannot both be written to {str(json)!r}")
     for path in (json, html):
         if path is not None:
             check_writable(path)
