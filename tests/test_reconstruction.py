@@ -1,4 +1,4 @@
-"""Task reconstruction: measures of manipulability stay above their bounds (P12), and Kim's simulations."""
+"""Task reconstruction: measures of manipulability stay above their bounds (P12). Kim's runs: test_paper_kim."""
 
 from dataclasses import replace
 
@@ -11,52 +11,12 @@ from robust_ik.bounds import Bounds
 from robust_ik.problem import TaskEquation, VelocityProblem
 from robust_ik.resolvers.freedom import Freedom
 from robust_ik.resolvers.reconstruction import measure_gradient, smooth
-from robust_ik.scenarios import kim_circle
-from robust_ik.scenarios.kim import BOUND, ORIENTATION_BOUND
 
+BOUND = 0.06
 SINGLE = rik.TaskReconstruction(rik.MoorePenrose(), bound=BOUND)
-TWO = replace(SINGLE, bound=(BOUND, ORIENTATION_BOUND))
 
 
-# ------------------------------------------------------------------------------------------- Kim's simulations
-@pytest.mark.parametrize(
-    "centre, error, known_error, until, known_until",
-    [(0.75, 0.0921, 0.0900, 2.613, 2.709), (0.70, 0.0421, 0.0400, 2.412, 2.517)],
-)
-def test_kims_circle_out_of_reach(centre, error, known_error, until, known_until):
-    """The measure is held at half its bound, .0300; Chiaverini's falls to nothing, at 2 to 3 times the joint speed."""
-    scenario = kim_circle(centre)
-    kim, chiaverini = scenario.run(SINGLE), scenario.run(rik.TaskPriority(rik.ChiaveriniFiltering(0.05, 0.07)))
-    assert_allclose(kim.manipulability.min(), BOUND / 2, atol=1e-4)
-    assert chiaverini.manipulability.min() < 1e-3
-    assert 2 < chiaverini.largest_speed / kim.largest_speed < 3
-    assert_allclose([kim.position_error.max(), chiaverini.position_error.max()], [error, known_error], atol=1e-3)
-    for run, known in ((kim, until), (chiaverini, known_until)):
-        assert_allclose(run.time[np.flatnonzero(run.position_error > 1e-3)[-1]], known, atol=0.01)
-
-
-def test_the_pseudo_inverse_loses_the_circle():
-    run = kim_circle(0.75).run(rik.TaskPriority(rik.MoorePenrose()))
-    assert run.largest_speed > 1000
-
-
-@pytest.mark.parametrize("centre, elbow", [(0.75, 1), (0.70, -1)])
-def test_two_tasks_keep_both_measures_if_drift_counts_and_lose_the_second_as_printed(centre, elbow):
-    scenario = kim_circle(centre, orientation=True, elbow=elbow)
-    ours, printed = scenario.run(TWO), scenario.run(replace(TWO, compensate=False))
-    assert (ours.manipulability.min(axis=0) > [BOUND / 2 - 1e-4, ORIENTATION_BOUND / 2 - 1e-4]).all()
-    assert_allclose(ours.manipulability[:, 1].min(), ORIENTATION_BOUND / 2, atol=1e-4)
-    assert printed.manipulability[:, 1].min() < ORIENTATION_BOUND / 2 - 0.03
-    assert ours.largest_speed < 7
-
-
-def test_without_reconstruction_two_tasks_are_thrown_and_decoupled_ones_are_not():
-    scenario = kim_circle(0.75, orientation=True)
-    assert scenario.run(rik.TaskPriority(rik.MoorePenrose())).largest_speed > 1e4
-    filtered = rik.DecoupledPriority(rik.ChiaveriniFiltering(0.05, 0.07))
-    assert scenario.run(filtered).largest_speed < 50
-
-
+# ------------------------------------------------------------------------------------------------ sign of eq. (22)
 @pytest.mark.parametrize("q", [[0.3, 0.05, 0.05], [0.3, 0.03, -0.02]])
 def test_the_corrected_sign_climbs_to_half_the_bound_and_the_printed_one_falls_into_the_singularity(q):
     """Nothing is asked; the start is below the bound."""

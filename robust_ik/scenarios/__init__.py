@@ -1,17 +1,14 @@
 """Motions to run: each says the robot, where it starts, the path and the gains."""
 
 from robust_ik.scenarios.catalogue import load_scenario, scenarios
-from robust_ik.scenarios.kim import KimCircle, kim_circle
 from robust_ik.scenarios.points import reach_points
 from robust_ik.scenarios.reading import read_scenario
 from robust_ik.scenarios.straight_line import StraightLine, ur5_elbow, ur5_wrist
 from robust_ik.scenarios.stretch import Stretch, stretch
 
 __all__ = [
-    "KimCircle",
     "StraightLine",
     "Stretch",
-    "kim_circle",
     "load_scenario",
     "reach_points",
     "read_scenario",

@@ -13,11 +13,12 @@ from robust_ik.checks import Array, as_array
 from robust_ik.errors import InputError, LoadError
 from robust_ik.files import read_file
 from robust_ik.loading import load
+from robust_ik.paths import pose
 from robust_ik.robot import Robot
 from robust_ik.scenario import Scenario
 from robust_ik.scenarios.building import method
 from robust_ik.scenarios.targets import Table, target
-from robust_ik.tasks import Follow, PostureTask
+from robust_ik.tasks import Follow, OrientationTask, PostureTask, Task
 
 LARGEST_FILE = 1_000_000
 
@@ -52,7 +53,12 @@ def read_scenario(path: str | Path) -> Scenario:
     duration = 20.0                       # default that of the path
     limits = true                         # the robot's own; default none
 
-    [posture]                             # a second level; may be left out
+    [orientation]                         # a second level that holds an orientation; may be left out
+    rpy = [0, 0, 90]                      # default that of the start
+    rows = ["wx", "wy"]                   # may be left out
+    gain = 2.0
+
+    [posture]                             # a level below that; may be left out
     joints = [0, 0, 0, 0, 0, 0, 0]
     gain = 2.0
 
@@ -85,7 +91,7 @@ def _scenario(path: Path, table: Table) -> Scenario:
     q0 = _joints(robot, Table(table.get("start", {}), "start"), unit)
     way = target(table.need("target"), "target", robot.pose(q0), unit)
     control = Table(table.get("control", {}), "control")
-    below = [[_posture(robot, Table(table.get("posture"), "posture"), unit)]] if table.get("posture") else []
+    below = _below(robot, table, robot.pose(q0), unit)
     motion = Follow(
         way,
         gain=control.number("gain", 1.0),
@@ -146,6 +152,23 @@ def _joints(robot: Robot, table: Table, unit: float) -> Array:
     values = as_array(given, f"{table.where}.joints", (robot.n,))
     slides = np.array([robot.description.joint[name].kind == "prismatic" for name in robot.joint_names])
     return robot.configuration(np.where(slides, values, values * unit))
+
+
+def _below(robot: Robot, table: Table, start: Array, unit: float) -> list[list[Task]]:
+    """The levels below the path, those that there are."""
+    levels: list[list[Task]] = []
+    if table.get("orientation") is not None:
+        levels.append([_orientation(Table(table.get("orientation"), "orientation", unit=unit), start)])
+    if table.get("posture") is not None:
+        levels.append([_posture(robot, Table(table.get("posture"), "posture"), unit)])
+    return levels
+
+
+def _orientation(table: Table, start: Array) -> OrientationTask:
+    wanted = start if table.get("rpy") is None else pose((0, 0, 0), table.angles("rpy", (0.0, 0.0, 0.0)))
+    task = OrientationTask(wanted[:3, :3], gain=table.number("gain", 1.0), rows=table.get("rows"))
+    table.done()
+    return task
 
 
 def _posture(robot: Robot, table: Table, unit: float) -> PostureTask:
