@@ -1,7 +1,7 @@
 """Kim, Marani, Chung, Yuh: the circle that leaves the reach, with one task and with two.
 
-The sign of eq. (22) is in `test_reconstruction`, the gradient of eq. (30) in `test_derivatives`. The stand-ins are those
-that the scenarios name; known numbers were computed independently with the same stand-ins.
+The sign of eq. (22) is in `test_reconstruction`, the gradient of eq. (30) in `test_derivatives`. The stand-ins are
+those that the scenarios name; known numbers were computed independently with the same stand-ins.
 """
 
 from dataclasses import replace

@@ -96,6 +96,23 @@ def test_every_kind_of_target_is_a_path_with_a_duration(tmp_path, kind, more):
         )
 
 
+def test_an_orientation_is_a_second_level_above_the_posture(tmp_path):
+    more = """
+[orientation]
+rows = ["wy"]
+gain = 3.0
+[posture]
+joints = [0, 0]
+"""
+    scenario = read_scenario(written(tmp_path, WHOLE + more))
+    (_, (held,), (posture,)) = scenario.motion(0.0)
+    assert (held.rows, held.gain) == (("wy",), 3.0)
+    assert_allclose(held.target, scenario.robot.pose(scenario.q0)[:3, :3])
+    assert isinstance(posture, rik.PostureTask)
+    turned = read_scenario(written(tmp_path, WHOLE + more.replace("gain = 3.0", "rpy = [0, -90, 0]")))
+    assert_allclose(turned.motion(0.0)[1][0].target, [[0, 0, -1], [0, 1, 0], [1, 0, 0]], atol=1e-15)
+
+
 def test_a_robot_may_lie_beside_the_file(tmp_path):
     (tmp_path / "arm.toml").write_text(table_to_toml(rik.read_dh(find("planar_2r").path)))
     scenario = read_scenario(written(tmp_path, changed('"planar_2r"', '"arm.toml"')))
@@ -126,6 +143,7 @@ def test_a_robot_may_lie_beside_the_file(tmp_path):
         (changed('{ type = "JParse", gamma = 0.2 }', '"JParse"'), "methods.calm must be a table such as"),
         (changed('"JParse", gamma = 0.2', '"Scaling"'), "methods.calm must be a table such as"),
         (WHOLE + "\n[other]\na = 1\n", "no use for 'other'"),
+        (WHOLE + "\n[orientation]\nrow = 1\n", "orientation has no use for 'row'"),
     ],
 )
 def test_what_cannot_be_meant_is_refused_with_the_place(tmp_path, text, message):

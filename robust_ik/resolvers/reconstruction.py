@@ -45,7 +45,7 @@ class TaskReconstruction(PriorityResolver):
         recovery: κ > 0, speed of the way up in units of the task per s.
         shape: From 0 at m̄ to 1 at m̄/2, by how far the way is gone, in [0, 1].
         compensate: Whether what other levels do to a measure counts. The paper's form does not count it, and lets the
-            measure of a second task fall below its bound: .1355 where .15 is promised.
+            measure of a second task fall below its bound: to .102 where .15 is promised on `kim_two_tasks`.
         printed_sign: The sign of the recovery term as printed in eq. (22), which drives the measure down. Only to show
             the difference.
 
