@@ -19,6 +19,7 @@ CASES = [
     MoorePenrose(tolerance=1e-3),
     DampedLeastSquares(),
     DampedLeastSquares(damping=0.5),
+    DampedLeastSquares(damping=0.03, squared=False),
     TruncatedSVD(),
     TruncatedSVD(threshold=0.05),
     TruncatedSVD(gamma=0.01),

@@ -6,6 +6,7 @@ import pytest
 from numpy import cos, pi, sin
 from numpy.testing import assert_allclose
 
+import robust_ik as rik
 from robust_ik.dh_toml import read_dh
 from robust_ik.dh_urdf import dh_to_urdf
 from robust_ik.linalg import svd
@@ -268,3 +269,69 @@ def test_the_puma_at_zero_has_its_wrist_where_its_lengths_say():
     assert_allclose(measured.pose(np.zeros(6))[:3, 3], expected, rtol=0, atol=1e-12)
     expected = [0.4318 + 0.0203, -0.15005, 0.4318]
     assert_allclose(corke.pose(np.zeros(6))[:3, 3], expected, rtol=0, atol=1e-12)
+
+
+# ---------------------------------------------------------------------------------------------- kinova_gen3
+GEN3 = [  # origin of each joint as seen from the one before, m, and roll, quarter turns; from GEN3_URDF_V12
+    ((0, 0, 0.15643), 2),
+    ((0, 0.005375, -0.12838), 1),
+    ((0, -0.21038, -0.006375), -1),
+    ((0, 0.006375, -0.21038), 1),
+    ((0, -0.20843, -0.006375), -1),
+    ((0, 0.00017505, -0.10593), 1),
+    ((0, -0.10593, -0.00017505), -1),
+    ((0, 0, -0.061525), 2),
+]
+
+
+def gen3_pose(q):
+    """The chain written out: a shift, a roll, a turn about z for each joint."""
+    T = np.eye(4)
+    for (origin, quarters), angle in zip(GEN3, [*q, 0.0]):
+        a = quarters * pi / 2
+        shift, roll, turn = np.eye(4), np.eye(4), np.eye(4)
+        shift[:3, 3] = origin
+        roll[1:3, 1:3] = [[cos(a), -sin(a)], [sin(a), cos(a)]]
+        turn[:2, :2] = [[cos(angle), -sin(angle)], [sin(angle), cos(angle)]]
+        T = T @ shift @ roll @ turn
+    return T
+
+
+def test_the_gen3_has_the_lengths_and_limits_of_its_source():
+    robot = rik.load("kinova_gen3")
+    assert robot.tip == "EndEffector_Link"
+    assert (robot.n, robot.nq) == (7, 11)
+    for q in np.random.default_rng(0).uniform(-pi, pi, (10, 7)):
+        assert_allclose(robot.pose(robot.configuration(q)), gen3_pose(q), rtol=0, atol=1e-12)
+    limit = np.array([np.inf, 2.41, np.inf, 2.66, np.inf, 2.23, np.inf])
+    assert_allclose(robot.upper, limit)
+    assert_allclose(robot.lower, -limit)
+    assert_allclose(robot.velocity_limit, 0.8727)
+    assert robot.description.notes == ()
+
+
+def test_a_urdf_of_ours_has_the_name_of_its_folder_and_a_readme_with_its_source():
+    files = sorted(ROBOTS.glob("*/*.urdf"))
+    assert "kinova_gen3" in {path.stem for path in files}
+    for path in files:
+        assert rik.load(path).description.name == path.stem == path.parent.name
+        readme = (path.parent / "README.md").read_text(encoding="utf-8")
+        assert readme.startswith(f"# {path.stem}")
+        assert "## Source" in readme
+        assert "## Caveats" in readme
+
+
+def test_the_gen3_loses_a_direction_where_upper_arm_and_wrist_are_straight_and_at_neither_alone():
+    """But for the millimetres by which its axes miss each other."""
+    robot = rik.load("kinova_gen3")
+    q = np.random.default_rng(0).uniform(-2, 2, (2000, 7))
+
+    def smallest_sigma(straight):
+        values = q.copy()
+        values[:, straight] = 0.0
+        return svd(robot.jacobian(robot.configuration(values))).s[:, -1]
+
+    assert smallest_sigma([1, 5]).max() < 2e-3
+    assert smallest_sigma([3]).max() < 5e-3
+    for alone in ([1], [5]):
+        assert smallest_sigma(alone).max() > 0.1

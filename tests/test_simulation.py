@@ -1,4 +1,6 @@
-"""The control loop: bounds, stability, and the xArm7 run of the J-PARSE paper."""
+"""The control loop: bounds, stability, records. Runs of the papers: test_paper_*.py."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -7,72 +9,7 @@ from numpy.testing import assert_allclose
 import robust_ik as rik
 from robust_ik.paths import pose
 
-HOME = np.array([-0.0314, -0.5166, 0.1204, 0.9198, -0.0314, 1.4172, 0.0349])
-"""J-PARSE's home position of the xArm7 (reference code)."""
-
-# J-PARSE, Table II, tool down; the best reachable distance where a keypoint is out of reach, m.
-LINE = [((1.00, 0.00, 0.50), 0.328), ((0.50, 0.00, 0.50), 0), ((0.00, 0.00, 0.50), 0), ((0.50, 0.00, 0.50), 0)]
-PLANE = [((0.55, 0.00, 0.30), 0), ((0.40, 0.80, 0.30), 0.178), ((0.25, 0.00, 0.30), 0), ((0.40, -0.80, 0.30), 0.178)]
-DOWN = (np.pi, 0, 0)
-SECONDS, DT = 20.0, 0.02
-
-
-def xarm7_run(keypoints, inverse, posture_gain=None):
-    """80 s at 50 Hz, K = 10 /s, position error capped at 1 m: the paper's simulation, without actuators."""
-    robot = rik.load("xarm7")
-    path = rik.Keypoints(np.array([pose(position, DOWN) for position, _ in keypoints]), SECONDS)
-    below = [[rik.PostureTask(np.zeros(7), gain=posture_gain)]] if posture_gain else []
-    motion = rik.Follow(path, gain=10, max_linear=1.0, below=below)
-    return rik.simulate(robot, inverse, motion, HOME, duration=path.duration, dt=DT, limits=())
-
-
-def at_the_end_of_each(run):
-    return np.arange(1, 5) * round(SECONDS / DT) - 1
-
-
-@pytest.mark.parametrize("posture_gain", [None, 2.0], ids=["alone", "with posture"])
-@pytest.mark.parametrize("keypoints", [LINE, PLANE], ids=["line", "plane"])
-@pytest.mark.parametrize("inverse", [rik.JParse(), rik.DampedLeastSquares(0.1)], ids=repr)
-def test_xarm7_ends_at_every_reachable_keypoint_and_as_near_as_can_be_at_the_others(inverse, keypoints, posture_gain):
-    run = xarm7_run(keypoints, inverse, posture_gain)
-    for index, (_, best) in zip(at_the_end_of_each(run), keypoints):
-        if best == 0:
-            assert run.position_error[index] < 1e-9
-            assert run.rotation_error[index] < 1e-9
-        else:
-            assert_allclose(run.position_error[index], best, atol=1e-3)
-
-
-@pytest.mark.parametrize("keypoints, peak", [(LINE, 23.2), (PLANE, 20.8)], ids=["line", "plane"])
-def test_xarm7_peak_speed_of_jparse_is_the_known_one_and_a_hundredth_of_the_pseudo_inverse(keypoints, peak):
-    calm = xarm7_run(keypoints, rik.JParse(), 2.0)
-    wild = xarm7_run(keypoints, rik.MoorePenrose(), 2.0)
-    assert_allclose(calm.largest_speed, peak, atol=0.1)
-    assert wild.largest_speed > 100 * calm.largest_speed
-
-
-def test_the_best_reachable_distance_is_not_beaten_by_any_random_search(rng):
-    """J-PARSE rests where no descent of the weighted error leads further: checked by damped Newton from many starts."""
-    robot, target = rik.load("xarm7"), pose(LINE[0][0], DOWN)
-    q = robot.random(rng, 60)
-    for _ in range(300):
-        error = rik.pose_error(robot.pose(q), target)
-        q = q + rik.DampedLeastSquares(0.2).solve(robot.jacobian(q), 0.5 * error)
-    best = np.linalg.norm(rik.pose_error(robot.pose(q), target), axis=-1).min()
-    run = xarm7_run(LINE[:1], rik.JParse())
-    assert_allclose(np.linalg.norm(run.error[at_the_end_of_each(run)[0]]), best, rtol=1e-3)
-
-
-def test_the_leaking_projector_is_what_keeps_damped_least_squares_from_its_target():
-    """I − J# J leaks: 2.2e-2 m at a reachable keypoint with λ = 0.1 (and none with I − V Vᵀ, as tested above)."""
-    robot, inverse = rik.load("xarm7"), rik.DampedLeastSquares(0.1)
-    target, q = pose(LINE[1][0], DOWN), HOME
-    for _ in range(1000):
-        J = robot.jacobian(q)
-        error = rik.pose_error(robot.pose(q), target)
-        leaking = np.eye(7) - inverse.matrix(J) @ J
-        q = q + DT * (inverse.solve(J, 10 * error) + leaking @ (-2 * q))
-    assert_allclose(np.linalg.norm(rik.pose_error(robot.pose(q), target)[:3]), 2.2e-2, atol=1e-3)
+DT = 0.02
 
 
 def test_posture_motion_never_disturbs_the_task(rng):
@@ -125,7 +62,8 @@ def test_rows_that_the_task_does_not_have_report_no_error():
 
 
 def test_the_same_run_twice_is_the_same():
-    first, second = (xarm7_run(LINE[:1], rik.JParse()) for _ in range(2))
+    short = replace(rik.load_scenario("xarm7_line"), duration=4.0)
+    first, second = (rik.simulate(short, rik.JParse()) for _ in range(2))
     assert (first.q == second.q).all()
 
 
@@ -243,18 +181,3 @@ def test_the_speed_ratio_is_the_worst_joints():
     free = rik.load("planar_2r")
     still = rik.simulate(free, None, rik.FrameTask(np.eye(4)), [0.1, 1], duration=0.1)
     assert still.largest_speed_ratio == 0
-
-
-def test_the_projector_of_an_ablation_is_what_released_directions_leave():
-    """J_p's projector leaves singular directions to the posture: the same as `release` does."""
-    robot = rik.load("panda")
-    ablation = rik.inverses.jacobian_projection(gamma=0.1)
-    posture = rik.PostureTask(robot.neutral)
-    task = rik.FrameTask(robot.pose(robot.rest))
-    resolver = rik.TaskPriority((ablation.inverse, rik.MoorePenrose()), release=0.1)
-    theirs = rik.VelocityController(robot, resolver, limits=())
-    q = robot.configuration([0.1, 0.2, 0.1, -0.05, 0.1, 0.1, 0.2])
-    J, wish = robot.jacobian(q), posture.equation(robot, q).xdot
-    alone = ablation.inverse.solve(J, task.equation(robot, q).xdot)
-    step = theirs.step(q, [[task], [posture]], DT)
-    assert_allclose(step.qdot - alone, ablation.null_projector(J) @ (wish - alone), atol=1e-12)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -19,7 +20,9 @@ class DampedLeastSquares(SingularValueFilter):
     Watch for: nowhere exact; the task is followed with the fraction σ²/(σ² + λ²), also far from singularities.
 
     Attributes:
-        damping: λ > 0, in the units of σ (squared inside).
+        damping: λ > 0, in the units of σ.
+        squared: Whether λ is squared in the matrix, as everywhere here. False: λ itself is added to J Jᵀ, as in
+            J-PARSE's planar example; it then stands for λ², in the units of σ².
 
     Source: Nakamura and Hanafusa 1986; Wampler 1986; SRIM in ESRIM (2020); J-PARSE, eq. (56).
     """
@@ -33,6 +36,7 @@ class DampedLeastSquares(SingularValueFilter):
         continuity="continuous",
     )
     damping: float = 0.05
+    squared: bool = True
 
     def __post_init__(self) -> None:
         checked_parameter("damping", self.damping, above=0)
@@ -40,11 +44,16 @@ class DampedLeastSquares(SingularValueFilter):
     def gains(self, s: ArrayLike) -> Array:
         """σ/(σ² + λ²)."""
         s = np.asarray(s, dtype=float)
-        return np.asarray(s / (s**2 + self.damping**2))
+        return np.asarray(s / (s**2 + self._root**2))
+
+    @property
+    def _root(self) -> float:
+        """The λ of λ²."""
+        return self.damping if self.squared else math.sqrt(self.damping)
 
     def largest_gain(self, sigma_max: float) -> float:
         """1/(2λ), reached at σ = λ; φ(σ₁) while σ₁ < λ."""
-        return 1 / (2 * self.damping) if sigma_max >= self.damping else float(self.gains(sigma_max))
+        return 1 / (2 * self._root) if sigma_max >= self._root else float(self.gains(sigma_max))
 
     def is_exact(self, s: ArrayLike) -> np.ndarray:
         """Nowhere."""

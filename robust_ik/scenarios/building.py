@@ -21,12 +21,14 @@ from robust_ik.resolvers import (
     TaskReconstruction,
     WeightedPriority,
 )
+from robust_ik.resolvers.baselines import LeakingPriority
 
 RESOLVERS: tuple[type[Resolver | Limiter], ...] = (
     TaskPriority,
     DecoupledPriority,
     TaskReconstruction,
     WeightedPriority,
+    LeakingPriority,
     Scaling,
     Saturation,
     QuadraticProgram,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from robust_ik.robot import Robot
 from robust_ik.scenario import Scenario
 from robust_ik.scenarios.building import method
 from robust_ik.scenarios.targets import Table, target
-from robust_ik.tasks import Follow, OrientationTask, PostureTask, Task
+from robust_ik.tasks import Follow, OrientationTask, PostureTask, Replay, Stack, Task
 
 LARGEST_FILE = 1_000_000
 
@@ -40,7 +41,7 @@ def read_scenario(path: str | Path) -> Scenario:
     [start]
     joints = [0, 0, 0, 90, 0, 45, 0]      # values of all joints; default the robot's rest
 
-    [target]                              # kinds: keypoints, line, arc, sinusoid, hold
+    [target]                              # kinds: keypoints, line, arc, sinusoid, hold; twists, see below
     kind = "line"
     to = [0.5, 0, 0.4]
     speed = 0.1
@@ -65,6 +66,9 @@ def read_scenario(path: str | Path) -> Scenario:
     [methods]
     "J-PARSE" = { type = "JParse", gamma = 0.1 }
     ```
+
+    With `kind = "twists"` the tip has no target but commands: `samples = [[0, 0.1, 0, 0, 0, 0, 0], …]`, lines of
+    seconds and a twist (linear in m/s, angular in rad/s always), a `Replay`; then [control] has no gain.
 
     Args:
         path: The file; its stem is the scenario's name.
@@ -92,14 +96,7 @@ def _scenario(path: Path, table: Table) -> Scenario:
     way = target(table.need("target"), "target", robot.pose(q0), unit)
     control = Table(table.get("control", {}), "control")
     below = _below(robot, table, robot.pose(q0), unit)
-    motion = Follow(
-        way,
-        gain=control.number("gain", 1.0),
-        max_linear=control.get("max_linear", math.inf),
-        max_angular=control.get("max_angular", math.inf),
-        feedforward=control.get("feedforward", False),
-        below=below,
-    )
+    motion = _motion(way, control, below)
     methods = Table(table.get("methods", {}), "methods").data
     scenario = Scenario(
         name=path.stem,
@@ -117,6 +114,20 @@ def _scenario(path: Path, table: Table) -> Scenario:
     control.done()
     table.done()
     return scenario
+
+
+def _motion(way: Any, control: Table, below: Stack) -> Follow | Replay:
+    """The way, followed by feedback; recorded twists need none."""
+    if isinstance(way, Replay):
+        return replace(way, below=below)
+    return Follow(
+        way,
+        gain=control.number("gain", 1.0),
+        max_linear=control.get("max_linear", math.inf),
+        max_angular=control.get("max_angular", math.inf),
+        feedforward=control.get("feedforward", False),
+        below=below,
+    )
 
 
 def _unit(angles: object) -> float:

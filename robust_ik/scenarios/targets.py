@@ -10,6 +10,7 @@ import numpy as np
 from robust_ik.checks import Array, as_array, checked_parameter
 from robust_ik.errors import InputError, listed, suggest
 from robust_ik.paths import Circle, Keypoints, Line, Sinusoid, Turning, pose
+from robust_ik.tasks import Replay
 
 Maker = Callable[["Table"], Any]
 
@@ -80,7 +81,7 @@ class Table:
 
 
 def target(data: object, where: str, start: Array, unit: float) -> Any:
-    """A path from a table with its kind: keypoints, line, arc, sinusoid or hold.
+    """A path from a table with its kind: keypoints, line, arc, sinusoid, hold; of kind twists, a `Replay`.
 
     Args:
         data: The table.
@@ -135,10 +136,19 @@ def _sinusoid(table: Table) -> Sinusoid:
     return Sinusoid(table.begin, table.array("amplitude", (3,)), table.number("period"), table.number("swings", 1.0))
 
 
+def _twists(table: Table) -> Replay:
+    """Lines of a recording: seconds, then a twist."""
+    samples = table.array("samples", (None, 7))
+    if samples.ndim != 2:
+        raise InputError(f"samples must be lines of seconds and a twist, (k, 7), got shape {samples.shape}")
+    return Replay(samples[:, 0], samples[:, 1:])
+
+
 MAKERS: Mapping[str, Maker] = {
     "keypoints": _keypoints,
     "hold": _hold,
     "line": _line,
     "arc": _arc,
     "sinusoid": _sinusoid,
+    "twists": _twists,
 }

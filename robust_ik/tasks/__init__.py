@@ -13,6 +13,7 @@ from robust_ik.tasks.pose_error import pose_error
 from robust_ik.tasks.position import PositionTask
 from robust_ik.tasks.posture import PostureTask
 from robust_ik.tasks.relative import RelativeTask
+from robust_ik.tasks.replay import Replay
 from robust_ik.tasks.singular_value import SingularValueTask
 from robust_ik.tasks.stack import Stack, checked_levels, checked_stack
 from robust_ik.tasks.teleoperation import TwistCommand
@@ -30,6 +31,7 @@ __all__ = [
     "PositionTask",
     "PostureTask",
     "RelativeTask",
+    "Replay",
     "SingularValueTask",
     "Stack",
     "Task",
