@@ -124,3 +124,12 @@ def test_the_tracking_loop_is_the_simulation_with_feed_forward():
     )
     assert_allclose(report.q, simulated.q, atol=1e-9)
     assert_allclose(report.error, simulated.error, atol=1e-9)
+
+
+def test_with_the_papers_own_step_the_line_is_passed_by_all_three():
+    """Every point, 0.05 mm apart: here only coarser steps are thrown out of the tolerance."""
+    fine = replace(load_scenario("esrim_line"), dt=0.01, duration=11.5)
+    for label in ("SGIM", "SRIM"):
+        passed = rik.simulate(fine, label)
+        assert passed.time[np.argmin(passed.sigma[:, -1])] == pytest.approx(10.3, abs=0.1)
+        assert passed.position_error.max() < TOLERANCE

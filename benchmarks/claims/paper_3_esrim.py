@@ -9,6 +9,7 @@ import numpy as np
 
 import robust_ik as rik
 from benchmarks.claims.claim import Claim
+from robust_ik.scenario import Scenario
 from robust_ik.scenarios import load_scenario
 
 TOLERANCE = 0.5
@@ -16,17 +17,22 @@ NAMES = {"esrim_line": "example 1", "esrim_arc": "example 2", "esrim_10_axis": "
 PAST = {"esrim_line": 12.0, "esrim_arc": 40.0, "esrim_10_axis": 33.0}
 """Seconds until the singularity is passed."""
 LABELS = ("SGIM", "SRIM", "ESRIM")
-KIND = "the arm is a stand-in: its DH table is lost"
+KIND = "stand-in arm, and a start or a shift chosen so that a singularity is met"
+FINER = "the arm lets it pass with the paper's own step of 0.05 mm"
 Runs = dict[str, rik.Trajectory]
 
 
 def claims() -> list[Claim]:
-    runs = {name: {label: rik.simulate(load_scenario(name), label) for label in LABELS} for name in NAMES}
+    runs = {name: _runs(load_scenario(name)) for name in NAMES}
     found = [_centre()]
     for name, example in NAMES.items():
-        found += _example(example, runs[name])
-    fine = [_fine(name, example, PAST[name]) for name, example in NAMES.items()]
-    return [*found, _lag(runs["esrim_line"]["ESRIM"]), _lyapunov(runs), *fine]
+        found += _left(example, runs[name], _runs(replace(load_scenario(name), dt=0.01, duration=PAST[name])))
+        found += _passed(example, runs[name])
+    return [*found, _lag(runs["esrim_line"]["ESRIM"]), _lyapunov(runs)]
+
+
+def _runs(scenario: Scenario) -> Runs:
+    return {label: rik.simulate(scenario, label) for label in LABELS}
 
 
 def _centre() -> Claim:
@@ -43,14 +49,24 @@ def _centre() -> Claim:
     )
 
 
-def _example(example: str, runs: Runs) -> list[Claim]:
-    sgim, srim, esrim = (1e3 * runs[label].position_error.max() for label in LABELS)
+def _left(example: str, coarse: Runs, fine: Runs) -> list[Claim]:
+    """Whether the others leave the tolerance, with steps of 0.25 mm and with the paper's of 0.05 mm."""
+    found = []
+    for label in LABELS[:2]:
+        far, less = (1e3 * runs[label].position_error.max() for runs in (coarse, fine))
+        verdict = _kind(min(far, less) > TOLERANCE)
+        why = KIND if verdict != "open" else FINER
+        ours = f"{far:.2f} mm with steps of 0.25 mm, {less:.2f} mm with 0.05 mm"
+        found.append(Claim(f"{example}: {label} leaves the tolerance", "> 0.5 mm", ours, verdict, why))
+    return found
+
+
+def _passed(example: str, runs: Runs) -> list[Claim]:
+    esrim = 1e3 * runs["ESRIM"].position_error.max()
     turned = np.degrees(runs["ESRIM"].rotation_error.max())
     steps = _each(runs, lambda run: np.linalg.norm(run.qdot, axis=1).max() * run.time[1])
     sigma = _each(runs, lambda run: run.smallest_sigma)
     return [
-        Claim(f"{example}: SGIM leaves the tolerance", "> 0.5 mm", f"{sgim:.1f} mm", _kind(sgim > TOLERANCE), KIND),
-        Claim(f"{example}: SRIM leaves the tolerance", "> 0.5 mm", f"{srim:.2f} mm", _kind(srim > TOLERANCE), KIND),
         Claim(
             f"{example}: ESRIM completes the path",
             "≤ 0.5 mm",
@@ -95,18 +111,6 @@ def _lyapunov(runs: dict[str, Runs]) -> Claim:
         f"largest rise {_listed(largest)} mm²; falling in {shares} % of the steps",
         "wrong",
         "V begins at 0 and ends at the lag, so it must rise; ESRIM's largest rise is the smallest",
-    )
-
-
-def _fine(name: str, example: str, seconds: float) -> Claim:
-    scenario = replace(load_scenario(name), dt=0.01, duration=seconds)
-    errors = [1e3 * rik.simulate(scenario, label).position_error.max() for label in LABELS]
-    return Claim(
-        f"{example} with every point, 0.05 mm apart, past the singularity",
-        "SGIM, SRIM > 0.5 mm",
-        ", ".join(f"{error:.2f}" for error in errors) + " mm",
-        _kind(min(errors[:2]) > TOLERANCE),
-        "SGIM, SRIM, ESRIM: finer steps are thrown less far, and this arm lets more pass than the paper's",
     )
 
 
