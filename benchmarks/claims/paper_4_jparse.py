@@ -153,7 +153,7 @@ def _inner() -> list[Claim]:
         ours, light, heavy = _least_manipulability(start)
         lower += ours < min(light, heavy)
         least.append(ours)
-    puma = {label: run("puma_wrist", label, 60.0) for label in (J, "J-PARSE, γ = 0.05", DLS, "ADLS")}
+    puma = {label: run("puma_wrist_lock", label, 60.0) for label in (J, "J-PARSE, γ = 0.05", DLS, "ADLS")}
     means = _listed([1e3 * each.position_error.mean() for each in puma.values()], ".1f")
     peaks = _listed([each.largest_speed for each in puma.values()], ".2f")
     return [
