@@ -137,8 +137,8 @@ def _check_angle(chain: ScrewChain, angle: Angle) -> None:
 def _check_relation(relation: Relation) -> None:
     kinds = {factor.kind for term in relation.terms for factor in term}
     sizes = np.abs(relation.coefficients)
-    if not kinds <= {"cos", "sin", "power"} or sizes.shape != (len(relation.terms),) or not sizes.max() == 1:
-        raise LoadError("a relation is no sum of products with coefficients up to 1")
+    if not kinds <= {"cos", "sin", "power"} or sizes.shape != (len(relation.terms),) or not (0 < sizes.max() < np.inf):
+        raise LoadError("a relation is no sum of products with coefficients")
 
 
 def _in_words(facts: RobotFacts, row: Stratum) -> Stratum:

@@ -120,9 +120,13 @@ def _found_anew(
 ) -> tuple[list[Leaf], int]:
     """The leaves with those candidates that pass the trial and what they suggest, and how many do not pass."""
     good = [leaf for leaf in candidates if sound(chain, leaf, rng)]
-    every = completed(chain, joined([*leaves, *good]), rng)
-    related = [leaf for leaf in every if not leaf.curve]
-    return [leaf for leaf in every if not _is_covered(leaf, related)], len(candidates) - len(good)
+    return uncovered(completed(chain, joined([*leaves, *good]), rng)), len(candidates) - len(good)
+
+
+def uncovered(leaves: Sequence[Leaf]) -> list[Leaf]:
+    """The leaves without curves that others, which have equations, have all the samples of."""
+    related = [leaf for leaf in leaves if not leaf.curve]
+    return [leaf for leaf in leaves if not _is_covered(leaf, related)]
 
 
 def _is_covered(leaf: Leaf, others: Sequence[Leaf]) -> bool:

@@ -17,7 +17,7 @@ from robust_ik.singularities.leaves import Leaf
 from robust_ik.singularities.merging import joined
 from robust_ik.singularities.points import Points
 from robust_ik.singularities.proving import Proven
-from robust_ik.singularities.survey import accounts, survey
+from robust_ik.singularities.survey import accounts, survey, uncovered
 from robust_ik.singularities.walking import Mask
 
 PROBE = 500
@@ -141,7 +141,9 @@ def prove(work: Work, corank: int) -> bool:
         curves = [leaf for leaf in work.of(corank) if leaf.curve]
         others = [leaf for leaf in work.of(corank) if not leaf.curve]
         found = survey(facts.chain, corank, lacking, work.rng(corank, 30), known=others)
-        work.leaves = [leaf for leaf in work.leaves if leaf.corank != corank] + joined([*curves, *found.leaves])
+        work.leaves = [leaf for leaf in work.leaves if leaf.corank != corank] + uncovered(
+            joined([*curves, *found.leaves])
+        )
     return bool(work.of(corank))
 
 
