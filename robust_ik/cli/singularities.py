@@ -125,9 +125,10 @@ def verify(
     if len(proofs) == 0:
         raise InputError(f"{path} holds no proof")
     refused = 0
-    for corank, verdict in proofs.check().items():
+    for proof, verdict in zip(proofs, proofs.check().values()):
         refused += not verdict.accepted
+        name = "no arm" if proof.arm is None else proof.arm.name
         says = "accepted" if verdict.accepted else "not accepted"
-        console.print(f"corank {corank}: {says}: {escape(verdict.reason)}", soft_wrap=True)
+        console.print(f"{escape(name)}, corank {proof.corank}: {says}: {escape(verdict.reason)}", soft_wrap=True)
     if refused:
         raise typer.Exit(1)

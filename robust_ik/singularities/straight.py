@@ -1,6 +1,6 @@
 """Nominal geometry made exact: 1.5708 in a file is meant to be π/2. NumPy only.
 
-A rounded angle destroys strata: what is singular by symmetry then is nearly so (singularities.md, section 6).
+A rounded angle destroys strata: what is singular by symmetry then is nearly so.
 """
 
 from __future__ import annotations
