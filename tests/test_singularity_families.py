@@ -9,6 +9,7 @@ import pytest
 import robust_ik as rik
 from robust_ik.linalg import svd
 from robust_ik.singularities.completing import completed
+from robust_ik.singularities.confidence import Status
 from robust_ik.singularities.folded import folded_leaves
 from robust_ik.singularities.leaves import sound
 from robust_ik.singularities.merging import joined
@@ -221,3 +222,17 @@ def test_sums_that_other_sums_add_up_to_are_no_conditions():
     for row in atlas:
         angles = [each.angle.row(robot.n) for each in row.conditions]
         assert np.linalg.matrix_rank(np.array(angles)) == len(angles)
+
+
+@pytest.mark.parametrize(
+    "name, row, pieces",
+    [("planar_2r", "x", 4), ("planar_3r", "x", 8), ("duleba_3r", "z", 4), ("puma560", "wz", 0)],
+)
+def test_where_the_whole_jacobian_vanishes_is_a_singularity_too(name, row, pieces):
+    """In a single task row σ₁ is the only σ: next to itself it is never small."""
+    robot = rik.load(name)
+    atlas = find_singularities(robot, rows=[row], starts=100)
+    assert sum(each.components for each in atlas) == pieces
+    assert atlas.evidence[0].status is Status.CERTIFIED
+    for each in atlas:
+        assert np.abs(robot.jacobian(robot.configuration(each.samples), rows=[row])).max() < 1e-9

@@ -92,7 +92,7 @@ def step(at: Residual, damping: Array) -> Array:
     wide = A.shape[1] < A.shape[2]
     gram = A @ At if wide else At @ A
     size = np.trace(gram, axis1=1, axis2=2)
-    mu = damping * at.norm * at.s[:, 0] + 1e-15 * size + 1e-300
+    mu = damping * at.norm * at.scale + 1e-15 * size + 1e-300
     gram += mu[:, None, None] * np.eye(gram.shape[-1])
     move = At @ np.linalg.solve(gram, r) if wide else np.linalg.solve(gram, At @ r)
     longest = np.abs(move[..., 0]).max(axis=1, keepdims=True)

@@ -122,7 +122,7 @@ def _moved(values: Array, size: float, rng: np.random.Generator) -> Array:
 
 def _clear(found: Search, corank: int) -> Mask:
     at = found.residual
-    return np.asarray((coranks(at.s) == corank) & ranks(at.derivative, at.s[:, 0])[1])
+    return np.asarray((coranks(at.s, at.scale) == corank) & ranks(at.derivative, at.scale)[1])
 
 
 def points_of(
@@ -137,7 +137,7 @@ def points_of(
     """A search as points, with the local dimension of the stratum at each."""
     hit = np.flatnonzero(found.converged)
     values, at = found.values[hit], found.residual.select(hit)
-    rank, clear = ranks(at.derivative, at.s[:, 0])
+    rank, clear = ranks(at.derivative, at.scale)
     dimensions = chain.n - rank
     if measured:
         dimensions[~clear] = local_dimensions(chain, corank, values[~clear], rng, tolerance)
@@ -146,7 +146,7 @@ def points_of(
         values=chain.wrapped(values),
         residual=at.relative,
         iterations=found.tries[hit],
-        coranks=coranks(at.s),
+        coranks=coranks(at.s, at.scale),
         dimensions=dimensions,
         folded=~clear,
         minima=chain.wrapped(found.values[~found.converged]),

@@ -145,7 +145,7 @@ def _settled(chain: ScrewChain, values: Array, corank: int, pinned: list[int]) -
         A = at.derivative.copy()
         A[..., pinned] = 0.0
         found = svd(A)
-        steep = found.s > STEEP * at.s[:, :1]
+        steep = found.s > STEEP * at.scale[:, None]
         gain = np.where(steep, 1.0, 0.0) / np.where(steep, found.s, 1.0)
         values = values - np.einsum("nkj,nk,nik,ni->nj", found.Vt, gain, found.U, at.vector)
     return np.asarray(values)

@@ -8,17 +8,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, as_array, checked_parameter, readonly
+from robust_ik.linalg import singular_values
 from robust_ik.rows import ROWS, checked_rows
 from robust_ik.singularities.constants import axis_frames, ranges, screws_at_zero
 
 if TYPE_CHECKING:
     from robust_ik.robot import Robot
+
+SIZED, VANISHING = 20, 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,6 +113,12 @@ class ScrewChain:
     def m(self) -> int:
         """Number of task rows."""
         return len(self.rows)
+
+    @cached_property
+    def least_scale(self) -> float:
+        """What stands for σ₁ where that is smaller, so that a Jacobian that vanishes is seen: .001 of its median."""
+        s = singular_values(self.jacobian(self.random(np.random.default_rng(0), SIZED)))
+        return float(VANISHING * np.median(s[:, 0]))
 
     def random(self, rng: np.random.Generator, size: int) -> Array:
         """Uniform joint values within the ranges to search, (size, n): a full turn, whatever the limits."""

@@ -64,7 +64,7 @@ class Proven:
         points = polished(chain, points, proof.corank)
         owners = np.repeat(np.arange(len(places)), [len(each) for each in found])
         sigmas = relative_sigmas(replace(chain, length_scale=1.0), points)
-        return cls(proof, verdict, places, points, coranks(sigmas), owners)
+        return cls(proof, verdict, places, points, coranks(sigmas, 1.0), owners)
 
     @property
     def accepted(self) -> bool:

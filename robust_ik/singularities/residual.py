@@ -36,11 +36,13 @@ class Residual:
         s: Singular values of the Jacobian, (N, m).
         weakest: The k smallest of them: the diagonal of r, which is zero elsewhere, (N, k).
         derivative: ∂r/∂q, (N, k (n − m + k), n); entry (a, b) of U₂ᵀ J V₂ is row a (n − m + k) + b.
+        scale: What singular values are small against, (N,): σ₁, unless the whole Jacobian vanishes.
     """
 
     s: Array
     weakest: Array
     derivative: Array
+    scale: Array
 
     @classmethod
     def at(cls, chain: ScrewChain, values: Array, corank: int) -> Residual:
@@ -51,7 +53,8 @@ class Residual:
         right = np.swapaxes(found.Vt[..., chain.m - corank :, :], -1, -2)
         A = chain.contraction(screws, left, right)
         A = A.reshape(len(values), left.shape[-1] * right.shape[-1], chain.n)
-        return cls(found.s, found.s[:, chain.m - corank :], A)
+        scale = np.maximum(found.s[:, 0], chain.least_scale)
+        return cls(found.s, found.s[:, chain.m - corank :], A, scale)
 
     @property
     def norm(self) -> Array:
@@ -61,8 +64,7 @@ class Residual:
     @property
     def relative(self) -> Array:
         """‖r‖/σ₁, (N,); 0 for a Jacobian that is zero."""
-        largest = self.s[:, 0]
-        return np.asarray(self.norm / np.where(largest > 0, largest, 1.0))
+        return np.asarray(self.norm / np.where(self.scale > 0, self.scale, 1.0))
 
     @property
     def vector(self) -> Array:
@@ -74,11 +76,12 @@ class Residual:
 
     def select(self, which: Indices) -> Residual:
         """That of some of the configurations."""
-        return Residual(self.s[which], self.weakest[which], self.derivative[which])
+        return Residual(self.s[which], self.weakest[which], self.derivative[which], self.scale[which])
 
     def put(self, which: Indices, other: Residual) -> None:
         """Writes the residuals of other configurations in the place of some."""
         self.s[which], self.weakest[which], self.derivative[which] = other.s, other.weakest, other.derivative
+        self.scale[which] = other.scale
 
 
 def check_corank(chain: ScrewChain, corank: int) -> None:
@@ -96,9 +99,9 @@ def check_corank(chain: ScrewChain, corank: int) -> None:
         raise InputError(f"corank must be 1 to {chain.m}, the number of task rows, got {corank!r}")
 
 
-def coranks(s: Array) -> Indices:
-    """How many singular values of polished points are zero, (..., m) → (...)."""
-    return np.asarray(np.sum(s <= SAME_CORANK * s[..., :1], axis=-1))
+def coranks(s: Array, scale: Array | float) -> Indices:
+    """How many singular values of polished points are zero, (..., m) → (...), next to a scale, (...)."""
+    return np.asarray(np.sum(s <= SAME_CORANK * np.asarray(scale)[..., None], axis=-1))
 
 
 def ranks(derivative: Array, sigma: Array | float = 0.0) -> tuple[Indices, Mask]:

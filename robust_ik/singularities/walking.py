@@ -76,16 +76,17 @@ def readable(chain: ScrewChain, values: Array, corank: int) -> tuple[Mask, Indic
 
 
 def _read(at: Residual, a: Array, corank: int) -> tuple[Mask, Indices]:
-    a = a / np.maximum(at.s[:, :1], 1e-300)
+    a = a / np.maximum(at.scale[:, None], 1e-300)
     rank = np.sum(a > STRONG, axis=1)
-    clear = (np.sum(a > WEAK, axis=1) == rank) & (rank > 0) & (coranks(at.s) == corank)
+    clear = (np.sum(a > WEAK, axis=1) == rank) & (rank > 0) & (coranks(at.s, at.scale) == corank)
     return np.asarray(clear), np.asarray(at.derivative.shape[-1] - rank)
 
 
 def relative_sigmas(chain: ScrewChain, values: Array) -> Array:
     """σ/σ₁ at joint values (N, n), (N, m)."""
     s = svd(chain.jacobian(values)).s
-    return np.asarray(s / np.where(s[:, :1] > 0, s[:, :1], 1.0))
+    scale = np.maximum(s[:, :1], chain.least_scale)
+    return np.asarray(s / np.where(scale > 0, scale, 1.0))
 
 
 def polished(chain: ScrewChain, values: Array, corank: int, tolerance: float = POLISHED) -> Array:
