@@ -13,7 +13,8 @@ from robust_ik.scenarios.stretch import BEYOND
 from robust_ik.urdf import parse_urdf
 
 OURS = {
-    "duleba_3r", "planar_2r", "planar_3r", "pa10", "almarkhi_4dof", "puma560", "puma560_corke", "srs_7r", "srs_10r",
+    "duleba_3r", "kinova_gen3", "planar_2r", "planar_3r", "pa10", "almarkhi_4dof", "puma560", "puma560_corke", "srs_7r",
+    "srs_10r",
 }  # fmt: skip
 ARMS = ["xarm7", "panda", "ur5", "kinova", "z1", "so100", "tiago", "pa10", "puma560", "planar_2r", "planar_3r",
         "duleba_3r", "almarkhi_4dof", "srs_10r", "double_pendulum", "finger_edu", "borinot"]  # fmt: skip

@@ -244,6 +244,16 @@ def test_the_projector_of_an_ablation_is_what_released_directions_leave():
     assert_allclose(step.qdot - alone, ablation.null_projector(J) @ (wish - alone), atol=1e-12)
 
 
+def test_at_a_target_out_of_reach_the_tool_rests_and_the_null_space_term_alone_keeps_joints_moving():
+    """σ₆ is about 1e-5 there: its joint direction and the null space change places with the last bits."""
+    given = scenario("xarm7_line")
+    alone = rik.simulate(replace(given, motion=replace(given.motion, below=()), duration=20.0), JPARSE)
+    with_posture = run("xarm7_line", JPARSE)
+    assert with_posture.sigma[999, -1] < 1e-3
+    assert np.ptp(with_posture.pose[850:1000, :3, 3], axis=0).max() < 1e-4
+    assert np.abs(alone.qdot[850:1000]).max() < 5e-3 < 0.2 < np.abs(with_posture.qdot[850:1000]).max()
+
+
 def test_the_nominal_posture_of_the_paper_is_singular_itself():
     robot = rik.load("xarm7")
     assert rik.svd(robot.jacobian(np.zeros(7))).s[-1] < 1e-15
