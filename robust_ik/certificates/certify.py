@@ -63,7 +63,7 @@ def certify(robot: Robot, corank: int, *, snap: float = 1e-4, time_limit: float 
 def certify_exact(arm: ExactArm, corank: int, *, time_limit: float = 60.0, thorough: bool = True) -> Proof:
     """The same for an arm in rational numbers."""
     deadline = time.monotonic() + time_limit
-    proof = best_proof(arm, corank, deadline, Effort.quick())
+    proof = best_proof(arm, corank, deadline, Effort.quick(arm.n))
     left = deadline - time.monotonic()
     if not thorough or proof.status != "open" or left < WORTH_A_PROCESS:
         return proof

@@ -7,6 +7,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
+SHORT = 7
+"""Joints of an arm that is not long."""
+
 
 class TooLargeError(Exception):
     """A polynomial or a field that is too large to be worked with in the effort there is."""
@@ -33,9 +36,9 @@ class Effort:
     steps: float
 
     @classmethod
-    def quick(cls) -> Effort:
-        """About three seconds' work at most."""
-        return cls(terms=400, degree=16, bits=1_500, steps=250_000)
+    def quick(cls, joints: int) -> Effort:
+        """About two seconds' work at most, more for arms of more than seven joints."""
+        return cls(terms=400, degree=16, bits=1_500, steps=150_000 if joints <= SHORT else 250_000)
 
     @classmethod
     def thorough(cls) -> Effort:

@@ -24,7 +24,7 @@ def singularities(
     robot: RobotArgument,
     tip: TipOption = None,
     corank: Annotated[int | None, typer.Option("--corank", help="Only this one; default all up to the last.")] = None,
-    starts: Annotated[int, typer.Option("--starts", help="Random starts for each corank.")] = 2000,
+    starts: Annotated[int, typer.Option("--starts", help="Random starts for each corank.")] = 1500,
     seed: Annotated[int, typer.Option("--seed", help="The same seed gives the same atlas.")] = 0,
     snap: Annotated[
         bool, typer.Option("--snap", help="The straight geometry is what is meant; rounded angles are no matter.")

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from robust_ik.dh import DHTable
     from robust_ik.robot import Robot
 
-STARTS = 2000
+STARTS = 1500
 DEFAULT_SEED = 0
 
 
