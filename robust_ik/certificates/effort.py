@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-SHORT = 7
-"""Joints of an arm that is not long."""
+SEVEN = 7
+"""Joints of most arms that have one more than the task needs."""
 
 
 class TooLargeError(Exception):
@@ -37,8 +37,8 @@ class Effort:
 
     @classmethod
     def quick(cls, joints: int) -> Effort:
-        """About two seconds' work at most, more for arms of more than seven joints."""
-        return cls(terms=400, degree=16, bits=1_500, steps=150_000 if joints <= SHORT else 250_000)
+        """About three seconds' work at most, two for arms of seven joints, whose search takes long enough by itself."""
+        return cls(terms=400, degree=16, bits=1_500, steps=150_000 if joints == SEVEN else 250_000)
 
     @classmethod
     def thorough(cls) -> Effort:
