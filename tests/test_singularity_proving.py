@@ -59,7 +59,7 @@ def test_a_proof_that_only_says_again_that_it_is_singular_is_implicit():
 
 # ------------------------------------------------------------------------------------------------ when not to certify
 def test_what_the_checker_refuses_is_an_estimate(monkeypatch):
-    monkeypatch.setattr(proving, "check", lambda proof, arm=None: Verdict(False, "refused: for a test"))
+    monkeypatch.setattr(proving, "check", lambda *given, **options: Verdict(False, "refused: for a test"))
     atlas = rik.find_singularities(rik.load("duleba_3r"), starts=100)
     assert {each.status for each in atlas.evidence} == {Status.ESTIMATE, Status.NONE_FOUND}
     assert "a proof was not accepted: refused: for a test" in atlas.explanation

@@ -54,7 +54,8 @@ class Proven:
             arm: The same in rational numbers: what the proof must be about.
             proof: The proof.
         """
-        verdict = check(proof, arm=arm) if arm is not None and proof.status in ("proved", "implicit") else None
+        closed = arm is not None and proof.status in ("proved", "implicit")
+        verdict = check(proof, arm=arm, rounds=1) if closed else None
         if verdict is None or not verdict.accepted:
             return cls(proof, verdict, (), np.empty((0, chain.n)), *np.empty((2, 0), dtype=int))
         rng = np.random.default_rng(proof.corank)
