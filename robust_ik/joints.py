@@ -30,7 +30,6 @@ class JointMap:
         prismatic: Which of them slide, (n,).
         mixing: Values of all joints = mixing @ values + offsets, (N, n).
         offsets: (N,).
-        all_continuous: Which of all joints turn without end, (N,).
     """
 
     names: tuple[str, ...]
@@ -38,7 +37,6 @@ class JointMap:
     prismatic: Mask
     mixing: Array
     offsets: Array
-    all_continuous: Mask
 
     @classmethod
     def of(cls, description: Description, model_names: list[str]) -> Self:
@@ -57,11 +55,10 @@ class JointMap:
             prismatic=readonly([kind == "prismatic" for kind in kinds], bool),
             mixing=readonly(mixing),
             offsets=readonly(offsets),
-            all_continuous=readonly([joint.kind == "continuous" for joint in joints], bool),
         )
 
     def __post_init__(self) -> None:
-        for name in ("continuous", "prismatic", "mixing", "offsets", "all_continuous"):
+        for name in ("continuous", "prismatic", "mixing", "offsets"):
             getattr(self, name).setflags(write=False)
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -73,11 +70,6 @@ class JointMap:
         """Length of q of the independent joints."""
         return len(self.names) + int(self.continuous.sum())
 
-    @property
-    def _plain(self) -> bool:
-        """No mimic joint: q is Pinocchio's q."""
-        return len(self.mixing) == len(self.names)
-
     def configuration(self, values: Array) -> Array:
         """Joint values (..., n) → q (..., nq)."""
         return _to_q(values, self.continuous)
@@ -86,13 +78,13 @@ class JointMap:
         """Q (..., nq) → joint values (..., n), angles of continuous joints in (−π, π]."""
         if not self.continuous.any():
             return q.copy()
-        values = q[..., self._first]
-        turning = self._first[self.continuous]
+        values = q[..., self.first]
+        turning = self.first[self.continuous]
         values[..., self.continuous] = np.arctan2(q[..., turning + 1], q[..., turning])
         return values
 
     @property
-    def _first(self) -> NDArray[np.int_]:
+    def first(self) -> NDArray[np.int_]:
         """Where each joint's entry of q stands, the cosine for a continuous one, (n,)."""
         before: NDArray[np.int_] = np.cumsum(self.continuous) - self.continuous
         return np.asarray(np.arange(len(self.names)) + before)
@@ -122,7 +114,7 @@ class JointMap:
         """Refuses a q whose (cos, sin) pairs are not on the unit circle."""
         if not self.continuous.any():
             return
-        first = self._first[self.continuous]
+        first = self.first[self.continuous]
         radius = np.hypot(q[..., first], q[..., first + 1])
         if (np.abs(radius - 1) > UNIT_CIRCLE_TOLERANCE).any():
             names = [name for name, turns in zip(self.names, self.continuous) if turns]
@@ -130,18 +122,6 @@ class JointMap:
                 f"q holds (cos, sin) of the continuous joints {', '.join(names)}, which must have length 1, got a "
                 f"length of {radius.flat[np.argmax(np.abs(radius - 1))]:.4g}; Robot.configuration makes q from angles"
             )
-
-    def expand(self, q: Array) -> Array:
-        """Q (..., nq) → Pinocchio's q of all joints."""
-        if self._plain:
-            return q
-        return _to_q(self.values(q) @ self.mixing.T + self.offsets, self.all_continuous)
-
-    def reduce(self, J: Array, axis: int = -1) -> Array:
-        """Derivatives by all joints → derivatives by the independent joints, along `axis`."""
-        if self._plain:
-            return J
-        return np.moveaxis(np.moveaxis(J, axis, -1) @ self.mixing, -1, axis)
 
     def integrate(self, q: Array, dq: Array) -> Array:
         """Q ⊕ dq: angles of continuous joints are turned, so that (cos, sin) keeps length 1."""

@@ -25,6 +25,10 @@ DEPENDENT = 1e-6
 """Unit rows whose part that is new to the rows before is shorter than this count as dependent on them."""
 
 
+LARGEST_COMPILED = 16
+"""Matrices with more rows or columns are left to LAPACK."""
+
+
 @dataclass(frozen=True, eq=False)
 class ThinSVD:
     """J = U diag(s) Vt with k = min(m, n) singular values, in descending order.
@@ -64,7 +68,7 @@ def svd(J: ArrayLike) -> ThinSVD:
     J = as_array(J, "J", (None, None))
     if 0 in J.shape[-2:]:
         raise InputError(f"J must have at least one row and one column, got shape {J.shape}")
-    return _checked(J, ThinSVD(*np.linalg.svd(J, full_matrices=False)))
+    return _decomposed(J, full=False)
 
 
 def full_svd(J: Array) -> ThinSVD:
@@ -77,12 +81,34 @@ def full_svd(J: Array) -> ThinSVD:
         U (..., m, k), s (..., k) and Vt (..., n, n).
     """
     # Of more rows than columns, all m left singular vectors would come too.
-    return _checked(J, ThinSVD(*np.linalg.svd(J, full_matrices=J.shape[-2] < J.shape[-1])))
+    return _decomposed(J, full=J.shape[-2] < J.shape[-1])
 
 
 def singular_values(J: Array) -> Array:
     """The singular values alone, (..., k), descending, of finite matrices (..., m, n) from our own hands."""
-    return np.asarray(np.linalg.svd(J, compute_uv=False))
+    m, n = J.shape[-2:]
+    if not 0 < max(m, n) <= LARGEST_COMPILED or min(m, n) == 0:
+        return np.asarray(np.linalg.svd(J, compute_uv=False))
+    from robust_ik.kernels.decompose import values_8, values_16  # imports Numba, half a second: only where it is needed
+
+    s = np.empty((*J.shape[:-2], min(m, n)))
+    kernel = values_8 if max(m, n) <= 8 else values_16
+    kernel(np.ascontiguousarray(J, dtype=float).reshape(-1, m, n), s.reshape(-1, min(m, n)))
+    return s
+
+
+def _decomposed(J: Array, *, full: bool) -> ThinSVD:
+    m, n = J.shape[-2:]
+    if not 0 < max(m, n) <= LARGEST_COMPILED or min(m, n) == 0:
+        return _checked(J, ThinSVD(*np.linalg.svd(J, full_matrices=full)))
+    from robust_ik.kernels.decompose import vectors_8, vectors_16  # imports Numba, as above
+
+    k, batch = min(m, n), J.shape[:-2]
+    U, s, Vt = np.empty((*batch, m, k)), np.empty((*batch, k)), np.empty((*batch, n if full else k, n))
+    kernel = vectors_8 if max(m, n) <= 8 else vectors_16
+    J = np.ascontiguousarray(J, dtype=float)
+    kernel(J.reshape(-1, m, n), U.reshape(-1, m, k), s.reshape(-1, k), Vt.reshape(-1, *Vt.shape[-2:]))
+    return _checked(J, ThinSVD(U, s, Vt))
 
 
 def _checked(J: Array, found: ThinSVD) -> ThinSVD:

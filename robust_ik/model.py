@@ -1,27 +1,20 @@
-"""Pinocchio, wrapped once: builds models, computes at a given q, undoes what its bindings scramble.
+"""Pinocchio, wrapped once: builds models, and reads off them what moves each frame.
 
 The only place that imports Pinocchio.
 """
 
 from __future__ import annotations
 
-import threading
-from functools import cache
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
-from robust_ik.checks import Array
+from robust_ik.chain import Chain, axis_frames
 from robust_ik.description import Description
-from robust_ik.errors import InputError, TipError, UrdfError, listed
+from robust_ik.errors import TipError, UrdfError, listed
+from robust_ik.joints import JointMap
 from robust_ik.urdf import fix_joints
-
-REFERENCES = {
-    "local": pin.ReferenceFrame.LOCAL,
-    "world": pin.ReferenceFrame.WORLD,
-    "local_world_aligned": pin.ReferenceFrame.LOCAL_WORLD_ALIGNED,
-}
 
 MAX_JOINTS = 200
 """Pinocchio's working memory grows with n³: 0.5 GB at 200 joints."""
@@ -63,15 +56,8 @@ def build_model(description: Description, keep: set[str]) -> pin.Model:
         raise UrdfError(f"{description.source}: Pinocchio cannot build it: {error}") from error
 
 
-class _Scratch(threading.local):
-    """Pinocchio's working memory, one per thread, so that a model can be shared between threads."""
-
-    def __init__(self, model: pin.Model) -> None:
-        self.data = model.createData()
-
-
 class Kinematics:
-    """Poses, Jacobians and Hessians of a model's frames as functions of one q of all its joints.
+    """A model and the chains to its frames.
 
     Attributes:
         model: The Pinocchio model.
@@ -82,63 +68,45 @@ class Kinematics:
         self.model = model
         frames = sorted(enumerate(model.frames), key=lambda pair: pair[1].type == pin.FrameType.BODY)
         self.frames: dict[str, int] = {frame.name: index for index, frame in frames}
-        self._scratch = _Scratch(model)
+        self._chains: dict[int, Chain] = {}
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Kinematics, (self.model,)
 
-    def pose(self, q: Array, frame: int) -> Array:
-        """(4, 4)."""
-        data = self._scratch.data
-        pin.forwardKinematics(self.model, data, q)
-        return np.array(pin.updateFramePlacement(self.model, data, frame).homogeneous)
+    def chain(self, frame: int, joints: JointMap) -> Chain:
+        """What moves a frame, as constants.
 
-    def jacobian(self, q: Array, frame: int, reference: str) -> Array:
-        """(6, nv); Pinocchio's bindings drop the axis of a single joint."""
-        J = pin.computeFrameJacobian(self.model, self._scratch.data, q, frame, reference_frame(reference))
-        return np.array(J).reshape(6, self.model.nv)
+        Args:
+            frame: Its index.
+            joints: How the joints follow the independent ones; always the same.
+        """
+        if frame not in self._chains:
+            self._chains[frame] = self._chain(frame, joints)
+        return self._chains[frame]
 
-    def hessian(self, q: Array, frame: int, reference: str) -> Array:
-        """(6, nv, nv) with [i, j, k] = ∂J_ij/∂q_k."""
-        data = self._scratch.data
-        pin.computeJointJacobians(self.model, data, q)
-        pin.computeJointKinematicHessians(self.model, data)
-        H = np.asarray(pin.getFrameKinematicHessian(self.model, data, frame, reference_frame(reference)))
-        return _as_written(H.reshape(6, self.model.nv, self.model.nv))
-
-
-def reference_frame(name: str) -> pin.ReferenceFrame:
-    """Pinocchio's name for a reference.
-
-    Raises:
-        InputError: There is no such reference.
-    """
-    try:
-        return REFERENCES[name]
-    except (KeyError, TypeError):
-        raise InputError(f"reference must be one of {', '.join(REFERENCES)}, got {name!r}") from None
-
-
-def _as_written(hessian: Array) -> Array:
-    """Pinocchio's Hessian with [i, j, k] = ∂J_ij/∂q_k.
-
-    Pinocchio 4.1.0 hands out column-major memory that is labelled row-major. A fixed Pinocchio is left alone.
-    """
-    hessian = np.asarray(hessian)
-    return hessian.ravel().reshape(hessian.shape, order="F") if _hessian_is_scrambled() else hessian
-
-
-@cache
-def _hessian_is_scrambled() -> bool:
-    """Whether a 2R arm's Hessian comes back wrong: ∂J_x1/∂q₂ = −cos(q₁+q₂) is put elsewhere when scrambled."""
-    model = pin.Model()
-    first = model.addJoint(0, pin.JointModelRZ(), pin.SE3.Identity(), "first")
-    second = model.addJoint(first, pin.JointModelRZ(), pin.SE3(np.eye(3), np.array([1.0, 0, 0])), "second")
-    tip = model.addFrame(pin.Frame("tip", second, 0, pin.SE3(np.eye(3), np.array([1.0, 0, 0])), pin.OP_FRAME))
-    data, q = model.createData(), np.array([0.3, 0.4])
-    pin.computeJointJacobians(model, data, q)
-    pin.computeJointKinematicHessians(model, data)
-    H = pin.getFrameKinematicHessian(model, data, tip, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
-    c1, c12 = np.cos(q[0]), np.cos(q.sum())
-    expected = np.array([[-c1 - c12, -c12], [-c12, -c12]])
-    return not np.allclose(H[0], expected, atol=1e-12)
+    def _chain(self, frame: int, joints: JointMap) -> Chain:
+        model, data = self.model, self.model.createData()
+        pin.computeJointJacobians(model, data, pin.neutral(model))
+        pin.updateFramePlacement(model, data, frame)
+        moving = [joint for joint in model.supports[model.frames[frame].parentJoint] if joint]
+        J = np.array(data.J).reshape(6, model.nv)  # the bindings drop the axis of a single joint
+        columns = [J[:, model.joints[joint].idx_v] for joint in moving]
+        sliding = np.array([not column[3:].any() for column in columns], dtype=bool)
+        axes = np.array([column[:3] if slides else column[3:] for column, slides in zip(columns, sliding)])
+        points = np.array([data.oMi[joint].translation for joint in moving])
+        rotations, origins, tip = axis_frames(axes.reshape(-1, 3), points, np.array(data.oMf[frame].homogeneous))
+        rows = [joint - 1 for joint in moving]
+        column = np.argmax(joints.mixing[rows] != 0, axis=1) if rows else np.zeros(0, dtype=int)
+        return Chain(
+            n=len(joints.names),
+            nq=joints.nq,
+            rotations=rotations,
+            origins=origins,
+            sliding=sliding,
+            column=column,
+            factor=joints.mixing[rows, column],
+            shift=joints.offsets[rows],
+            place=joints.first[column],
+            circling=joints.continuous[column],
+            tip=tip,
+        )

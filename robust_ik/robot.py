@@ -5,7 +5,7 @@ Default reference of Jacobians and Hessians: LOCAL_WORLD_ALIGNED (the tip's poin
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Self
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robust_ik.chain import Chain
 from robust_ik.checks import Array, as_array, check_leading_axes, readonly
 from robust_ik.description import Description
 from robust_ik.dh import DHTable
@@ -222,6 +223,14 @@ class Robot:
         return q
 
     # ------------------------------------------------------------------------------------------ kinematics
+    def chain(self, frame: str | None = None) -> Chain:
+        """The joints that move a frame, as constants: what compiled code reads.
+
+        Args:
+            frame: Link or joint; default the tip.
+        """
+        return self._kinematics.chain(self._frame_index(frame), self._joints)
+
     def pose(self, q: ArrayLike, frame: str | None = None) -> Array:
         """The pose of a frame in the world.
 
@@ -232,7 +241,7 @@ class Robot:
         Returns:
             Homogeneous transforms, (..., 4, 4).
         """
-        return self._batched(self._kinematics.pose, q, (4, 4), self._frame_index(frame))
+        return self.chain(frame).poses(self._checked(q))
 
     def jacobian(
         self,
@@ -254,9 +263,7 @@ class Robot:
         Returns:
             (..., len(rows), n), rows linear then angular, in m and rad per rad or m.
         """
-        shape = (6, self.model.nv)
-        J = self._batched(self._kinematics.jacobian, q, shape, self._frame_index(frame), reference)
-        return self._select(self._joints.reduce(J), rows, axis=-2)
+        return self._select(self.chain(frame).jacobians(self._checked(q), reference), rows, axis=-2)
 
     def hessian(
         self,
@@ -277,18 +284,7 @@ class Robot:
         Returns:
             (..., len(rows), n, n).
         """
-        shape = (6, self.model.nv, self.model.nv)
-        H = self._batched(self._kinematics.hessian, q, shape, self._frame_index(frame), reference)
-        return self._select(self._joints.reduce(self._joints.reduce(H), axis=-2), rows, axis=-3)
-
-    def _batched(self, function: Callable[..., Array], q: ArrayLike, shape: tuple[int, ...], *arguments: Any) -> Array:
-        q = self._joints.expand(self._checked(q))
-        if q.ndim == 1:
-            return function(q, *arguments)
-        result = np.empty((*q.shape[:-1], *shape))
-        for index in np.ndindex(q.shape[:-1]):
-            result[index] = function(q[index], *arguments)
-        return result
+        return self._select(self.chain(frame).hessians(self._checked(q), reference), rows, axis=-3)
 
     def _select(self, array: Array, rows: Sequence[str] | None, axis: int) -> Array:
         names = self.rows if rows is None else checked_rows(rows)

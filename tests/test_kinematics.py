@@ -11,6 +11,7 @@ from numpy.testing import assert_allclose
 import robust_ik as rik
 from robust_ik.catalog import EXAMPLES, catalog
 from robust_ik.urdf import parse_urdf, read_urdf
+from tests import pinocchio_reference
 from tests.screws import Chain
 
 REFERENCES = ("local", "world", "local_world_aligned")
@@ -71,6 +72,18 @@ def test_pose_jacobian_and_hessian_are_the_closed_screw_form(name, rng):
             assert_allclose(J, chain.jacobian(reference) @ M, atol=1e-9, err_msg=f"{robot} {reference}")
             closed = np.einsum("rik,ia,kb->rab", chain.hessian(reference), M, M)
             assert_allclose(H, closed, atol=1e-9, err_msg=f"{robot} {reference}")
+
+
+@pytest.mark.parametrize("name", EXAMPLE_NAMES)
+def test_batches_equal_pinocchio_one_by_one(name, rng):
+    for robot in chains(name):
+        q = robot.random(rng, 9)  # more than are done side by side
+        assert_allclose(robot.pose(q), [pinocchio_reference.pose(robot, one, robot.tip) for one in q], atol=1e-12)
+        for reference in REFERENCES:
+            for function in ("jacobian", "hessian"):
+                expected = [getattr(pinocchio_reference, function)(robot, one, robot.tip, reference) for one in q]
+                found = getattr(robot, function)(q, reference=reference)
+                assert_allclose(found, expected, atol=1e-12, err_msg=f"{robot} {function} {reference}")
 
 
 @pytest.mark.parametrize("name", EXAMPLE_NAMES)

@@ -1,0 +1,142 @@
+"""A chain of joints as constants: its kinematics are functions of q, for any number of q at once. Arrays only.
+
+Compiled, and the same to 1e-12 as those of Pinocchio, which the constants come from. A chain is a product of
+exponentials (Murray, Li, Sastry 1994, eq. (3.3)) with each axis turned to z, so that a joint costs one product by a
+constant rotation and one by a planar one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robust_ik.checks import Array, readonly
+from robust_ik.errors import InputError
+
+REFERENCES = ("local_world_aligned", "local", "world")
+"""The references of Jacobians, in the order of the numbers that kernels know them by."""
+
+
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """The c joints that move a frame.
+
+    Attributes:
+        n: Number of the robot's independent joints.
+        nq: Length of q.
+        rotations: From each joint's axis frame (z is the axis) to the next one's at zero, (c, 3, 3).
+        origins: Origins of the axis frames in the one before, m, (c, 3).
+        sliding: Which joints slide, (c,).
+        column: The independent joint that each follows, (c,).
+        factor: Its motion per motion of that joint, (c,).
+        shift: And its motion where that is at zero, (c,).
+        place: Where in q that joint stands, (c,).
+        circling: Whether q holds its cosine and sine there, (c,).
+        tip: The frame in the last axis frame, (4, 4).
+    """
+
+    n: int
+    nq: int
+    rotations: Array
+    origins: Array
+    sliding: NDArray[np.bool_]
+    column: NDArray[np.int_]
+    factor: Array
+    shift: Array
+    place: NDArray[np.int_]
+    circling: NDArray[np.bool_]
+    tip: Array
+
+    def __post_init__(self) -> None:
+        for each in fields(self)[2:]:
+            value = getattr(self, each.name)
+            object.__setattr__(self, each.name, readonly(value, np.asarray(value).dtype))
+
+    def __len__(self) -> int:
+        return len(self.sliding)
+
+    @cached_property
+    def packed(self) -> Array:
+        """What kernels read; see `kernels.packing`."""
+        from robust_ik.kernels import packing as p  # no Numba yet
+
+        joints = np.zeros((len(self), p.STRIDE))
+        joints[:, p.ROTATION : p.ROTATION + 9] = self.rotations.reshape(-1, 9)
+        joints[:, p.ORIGIN : p.ORIGIN + 3] = self.origins
+        direct = self.circling & ~self.sliding & (self.factor == 1) & (self.shift == 0)
+        plain = np.where(self.sliding, p.SLIDING, p.TURNING)
+        joints[:, p.KIND] = np.where(direct, p.CIRCLING, plain + p.FOLLOWING * self.circling)
+        joints[:, p.PLACE], joints[:, p.COLUMN] = self.place, self.column
+        joints[:, p.FACTOR], joints[:, p.SHIFT] = self.factor, self.shift
+        head = np.array([len(self), self.n, self.nq, 0.0])
+        return readonly(np.concatenate([head, joints.ravel(), self.tip[:3, :3].ravel(), self.tip[:3, 3]]))
+
+    def poses(self, q: Array) -> Array:
+        """(..., nq) → (..., 4, 4)."""
+        from robust_ik.kernels.kinematics import poses
+
+        return self._each(poses, q, (4, 4))
+
+    def jacobians(self, q: Array, reference: str) -> Array:
+        """(..., nq) → (..., 6, n)."""
+        from robust_ik.kernels.kinematics import jacobians
+
+        return self._each(jacobians, q, (6, self.n), _number(reference))
+
+    def hessians(self, q: Array, reference: str) -> Array:
+        """∂J_ij/∂q_k, (..., nq) → (..., 6, n, n)."""
+        from robust_ik.kernels.kinematics import hessians
+
+        return self._each(hessians, q, (6, self.n, self.n), _number(reference))
+
+    def _each(self, kernel: Callable[..., Any], q: Array, shape: tuple[int, ...], *options: int) -> Array:
+        result = np.empty((*q.shape[:-1], *shape))
+        given = np.ascontiguousarray(q).reshape(-1, self.nq)
+        kernel(self.packed, given, result.reshape(len(given), *shape), *options)
+        return result
+
+
+def _number(reference: str) -> int:
+    """By which kernels know a reference.
+
+    Raises:
+        InputError: There is no such reference.
+    """
+    if reference not in REFERENCES:
+        raise InputError(f"reference must be one of {', '.join(REFERENCES)}, got {reference!r}")
+    return REFERENCES.index(reference)
+
+
+def axis_frames(axes: Array, points: Array, tip: Array) -> tuple[Array, Array, Array]:
+    """Each axis as the z of a frame, from one to the next.
+
+    Args:
+        axes: Unit vectors with all joints at zero, world, (c, 3).
+        points: A point on each, (c, 3).
+        tip: The pose of the frame that is moved, (4, 4).
+
+    Returns:
+        Rotations (c, 3, 3) and origins (c, 3) into the frame before, the first one being the world, and the pose of the
+        moved frame in the last one, (4, 4).
+    """
+    rotation, origin = np.eye(3), np.zeros(3)
+    rotations, origins = np.empty((len(axes), 3, 3)), np.empty((len(axes), 3))
+    for index, (axis, point) in enumerate(zip(axes, points)):
+        frame = _with_z(axis)
+        rotations[index], origins[index] = rotation.T @ frame, rotation.T @ (point - origin)
+        rotation, origin = frame, point
+    last = np.eye(4)
+    last[:3, :3], last[:3, 3] = rotation.T @ tip[:3, :3], rotation.T @ (tip[:3, 3] - origin)
+    return rotations, origins, last
+
+
+def _with_z(axis: Array) -> Array:
+    """A rotation whose third column is a unit axis."""
+    x = np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis)
+    x /= np.linalg.norm(x)
+    return np.stack([x, np.cross(axis, x), axis], axis=-1)

@@ -1,0 +1,200 @@
+"""Eight numbers that go through the same arithmetic at once: a type for kernels that do eight matrices side by side.
+
+Kernels are written once, for numbers; given lanes, they do the same for eight of them, and each lane gets the bits that
+it would get alone. Where a number would branch, `where` chooses.
+"""
+
+from __future__ import annotations
+
+import operator
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.core.typing.templates import AbstractTemplate, infer_global, signature
+from numba.extending import intrinsic, lower_builtin, models, register_model, type_callable
+
+COUNT = 8
+DOUBLES = ir.VectorType(ir.DoubleType(), COUNT)
+BITS = ir.VectorType(ir.IntType(1), COUNT)
+
+Number = Any
+"""A float, or eight of them."""
+
+
+class LanesType(types.Type):
+    """Eight doubles."""
+
+    def __init__(self) -> None:
+        super().__init__(name=f"Lanes({COUNT})")
+
+
+class MaskType(types.Type):
+    """Eight truth values."""
+
+    def __init__(self) -> None:
+        super().__init__(name=f"Mask({COUNT})")
+
+
+LANES, MASK = LanesType(), MaskType()
+
+
+@register_model(LanesType)
+class _LanesModel(models.PrimitiveModel):
+    def __init__(self, manager: Any, kind: Any) -> None:
+        super().__init__(manager, kind, DOUBLES)
+
+
+@register_model(MaskType)
+class _MaskModel(models.PrimitiveModel):
+    def __init__(self, manager: Any, kind: Any) -> None:
+        super().__init__(manager, kind, BITS)
+
+
+def _splat(builder: Any, kind: Any, value: Any) -> Any:
+    """A number in every lane; lanes as they are."""
+    if kind == LANES:
+        return value
+    alone = builder.insert_element(ir.Constant(DOUBLES, ir.Undefined), value, ir.Constant(ir.IntType(32), 0))
+    zeros = ir.Constant(ir.VectorType(ir.IntType(32), COUNT), [0] * COUNT)
+    return builder.shuffle_vector(alone, ir.Constant(DOUBLES, ir.Undefined), zeros)
+
+
+def _is_number(kind: Any) -> bool:
+    return isinstance(kind, (LanesType, types.Float))
+
+
+def _offer(function: Any, result: Any, made: Any) -> None:
+    """Lets an operator work on lanes, or on lanes and a number.
+
+    Args:
+        function: Of the module operator.
+        result: The type of what it returns.
+        made: From a builder and two vectors to its instruction.
+    """
+
+    class Template(AbstractTemplate):
+        def generic(self, arguments: Any, keywords: Any) -> Any:
+            if len(arguments) == 2 and LANES in arguments and all(map(_is_number, arguments)):
+                return signature(result, *arguments)
+            return None
+
+    def lowered(context: Any, builder: Any, given: Any, values: Any) -> Any:
+        return made(builder, *(_splat(builder, kind, value) for kind, value in zip(given.args, values)))
+
+    infer_global(function)(Template)
+    for kinds in ((LanesType, LanesType), (LanesType, types.Float), (types.Float, LanesType)):
+        lower_builtin(function, *kinds)(lowered)
+
+
+for _operator, _instruction in (
+    (operator.add, "fadd"),
+    (operator.sub, "fsub"),
+    (operator.mul, "fmul"),
+    (operator.truediv, "fdiv"),
+):
+    _offer(_operator, LANES, lambda builder, x, y, name=_instruction: getattr(builder, name)(x, y))
+for _operator, _symbol in ((operator.gt, ">"), (operator.ge, ">="), (operator.lt, "<"), (operator.le, "<=")):
+    _offer(_operator, MASK, lambda builder, x, y, symbol=_symbol: builder.fcmp_ordered(symbol, x, y))
+
+
+@infer_global(operator.and_)
+class _And(AbstractTemplate):
+    def generic(self, arguments: Any, keywords: Any) -> Any:
+        return signature(MASK, MASK, MASK) if tuple(arguments) == (MASK, MASK) else None
+
+
+@lower_builtin(operator.and_, MaskType, MaskType)
+def _and(context: Any, builder: Any, given: Any, values: Any) -> Any:
+    return builder.and_(*values)
+
+
+def _llvm(name: str) -> Any:
+    """How a function of one number is an instruction of LLVM, for numbers and for lanes."""
+
+    def lowered(context: Any, builder: Any, given: Any, values: Any) -> Any:
+        kind = context.get_data_type(given.return_type)
+        suffix = f"v{COUNT}f64" if given.return_type == LANES else "f64"
+        made = ir.FunctionType(kind, [kind])
+        return builder.call(cgutils.get_or_insert_function(builder.module, made, f"llvm.{name}.{suffix}"), values)
+
+    return lowered
+
+
+def root(x: Number) -> Number:
+    """√x."""
+    raise NotImplementedError
+
+
+def size(x: Number) -> Number:
+    """|x|."""
+    raise NotImplementedError
+
+
+for _function, _name in ((root, "sqrt"), (size, "fabs")):
+    type_callable(_function)(lambda context: lambda x: x if _is_number(x) else None)
+    for _kind in (LanesType, types.Float):
+        lower_builtin(_function, _kind)(_llvm(_name))
+
+
+def where(condition: Any, x: Number, y: Number) -> Number:
+    """X where the condition holds, else y; both are computed."""
+    raise NotImplementedError
+
+
+@type_callable(where)
+def _type_where(context: Any) -> Any:
+    return lambda condition, x, y: LANES if condition == MASK else types.float64
+
+
+@lower_builtin(where, MaskType, types.Any, types.Any)
+def _where_lanes(context: Any, builder: Any, given: Any, values: Any) -> Any:
+    return builder.select(values[0], *(_splat(builder, kind, value) for kind, value in zip(given.args[1:], values[1:])))
+
+
+@lower_builtin(where, types.Boolean, types.Float, types.Float)
+def _where_number(context: Any, builder: Any, given: Any, values: Any) -> Any:
+    return builder.select(*values)
+
+
+def somewhere(condition: Any) -> bool:
+    """Whether a condition holds in any lane."""
+    raise NotImplementedError
+
+
+type_callable(somewhere)(lambda context: lambda condition: types.boolean)
+
+
+@lower_builtin(somewhere, types.Boolean)
+def _somewhere_number(context: Any, builder: Any, given: Any, values: Any) -> Any:
+    return values[0]
+
+
+@lower_builtin(somewhere, MaskType)
+def _somewhere_lanes(context: Any, builder: Any, given: Any, values: Any) -> Any:
+    bits = builder.bitcast(values[0], ir.IntType(COUNT))
+    return builder.icmp_unsigned("!=", bits, ir.Constant(ir.IntType(COUNT), 0))
+
+
+@intrinsic
+def spread(typing_context: Any, value: Any) -> Any:
+    """A number in all lanes."""
+    return LANES(value), lambda context, builder, signature, values: _splat(builder, signature.args[0], values[0])
+
+
+@intrinsic
+def folded(typing_context: Any, value: Any) -> Any:
+    """The sum of the lanes, halves first: ((0+4)+(2+6)) + ((1+5)+(3+7))."""
+
+    def codegen(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        index = ir.IntType(32)
+        part, count = values[0], COUNT
+        while count > 1:
+            count //= 2
+            halves = [ir.Constant(ir.VectorType(index, count), list(range(k, k + count))) for k in (0, count)]
+            low, high = (builder.shuffle_vector(part, ir.Constant(part.type, ir.Undefined), half) for half in halves)
+            part = builder.fadd(low, high)
+        return builder.extract_element(part, ir.Constant(index, 0))
+
+    return types.float64(value), codegen

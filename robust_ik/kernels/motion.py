@@ -1,0 +1,163 @@
+"""Where a chain's frame is and how its joints move it, for one configuration or for eight."""
+
+from __future__ import annotations
+
+import math
+
+from robust_ik.kernels.compiling import inlined
+from robust_ik.kernels.lanes import Number
+from robust_ik.kernels.packing import (
+    CIRCLING,
+    COLUMN,
+    FACTOR,
+    FOLLOWING,
+    HEAD,
+    JOINTS,
+    KIND,
+    ORIGIN,
+    PLACE,
+    ROTATION,
+    SHIFT,
+    SLIDING,
+    STRIDE,
+)  # fmt: skip
+from robust_ik.kernels.stack import Pointer
+from robust_ik.kernels.turning import cosines_and_sines, near
+
+LOCAL_WORLD_ALIGNED, LOCAL, WORLD = 0, 1, 2
+
+
+@inlined
+def read_motions(pack: Pointer, q: Pointer, motions: Pointer, lane: int, lanes: int) -> None:
+    """The angle or length of every joint, from one configuration into one lane."""
+    for i in range(int(pack[JOINTS])):
+        at = HEAD + i * STRIDE
+        kind, place = pack[at + KIND], int(pack[at + PLACE])
+        value = q[place]
+        if kind >= FOLLOWING:
+            value = math.atan2(q[place + 1], value)
+        motion = pack[at + FACTOR] * value + pack[at + SHIFT]
+        motions[i * lanes + lane] = motion if kind == SLIDING or kind == SLIDING + FOLLOWING else near(motion)
+
+
+@inlined
+def read_circles(pack: Pointer, q: Pointer, cosines: Pointer, sines: Pointer, lane: int, lanes: int) -> None:
+    """Cosine and sine of the joints that q has them of, over what was made of their motions."""
+    for i in range(int(pack[JOINTS])):
+        at = HEAD + i * STRIDE
+        if pack[at + KIND] == CIRCLING:
+            place = int(pack[at + PLACE])
+            cosines[i * lanes + lane], sines[i * lanes + lane] = q[place], q[place + 1]
+
+
+@inlined
+def move(
+    pack: Pointer, motions: Pointer, cosines: Pointer, sines: Pointer, axes: Pointer, end: Pointer, zero: Number
+) -> None:
+    """Axes of the joints and the pose of the frame, world axes.
+
+    Args:
+        pack: The chain.
+        motions: Of each joint.
+        cosines: Of the motions of joints that turn.
+        sines: The same.
+        axes: Filled with the unit vector and the origin of each axis, 6 numbers a joint.
+        end: Filled with the frame's rotation, row by row, and its origin, 12 numbers.
+        zero: 0, one or eight.
+    """
+    a0, a1, a2 = zero + 1.0, zero, zero
+    b0, b1, b2 = zero, zero + 1.0, zero
+    c0, c1, c2 = zero, zero, zero + 1.0
+    x, y, z = zero, zero, zero
+    count = int(pack[JOINTS])
+    for i in range(count + 1):
+        at = HEAD + i * STRIDE
+        r = at + ROTATION
+        o = at + ORIGIN
+        x = x + (a0 * pack[o] + a1 * pack[o + 1] + a2 * pack[o + 2])
+        y = y + (b0 * pack[o] + b1 * pack[o + 1] + b2 * pack[o + 2])
+        z = z + (c0 * pack[o] + c1 * pack[o + 1] + c2 * pack[o + 2])
+        p0 = a0 * pack[r] + a1 * pack[r + 3] + a2 * pack[r + 6]
+        p1 = a0 * pack[r + 1] + a1 * pack[r + 4] + a2 * pack[r + 7]
+        a2 = a0 * pack[r + 2] + a1 * pack[r + 5] + a2 * pack[r + 8]
+        q0 = b0 * pack[r] + b1 * pack[r + 3] + b2 * pack[r + 6]
+        q1 = b0 * pack[r + 1] + b1 * pack[r + 4] + b2 * pack[r + 7]
+        b2 = b0 * pack[r + 2] + b1 * pack[r + 5] + b2 * pack[r + 8]
+        s0 = c0 * pack[r] + c1 * pack[r + 3] + c2 * pack[r + 6]
+        s1 = c0 * pack[r + 1] + c1 * pack[r + 4] + c2 * pack[r + 7]
+        c2 = c0 * pack[r + 2] + c1 * pack[r + 5] + c2 * pack[r + 8]
+        a0, a1, b0, b1, c0, c1 = p0, p1, q0, q1, s0, s1
+        if i < count:
+            axes[6 * i], axes[6 * i + 1], axes[6 * i + 2] = a2, b2, c2
+            axes[6 * i + 3], axes[6 * i + 4], axes[6 * i + 5] = x, y, z
+            kind = pack[at + KIND]
+            if kind == SLIDING or kind == SLIDING + FOLLOWING:
+                d = motions[i]
+                x, y, z = x + d * a2, y + d * b2, z + d * c2
+            else:
+                c, s = cosines[i], sines[i]
+                a0, a1 = c * a0 + s * a1, c * a1 - s * a0
+                b0, b1 = c * b0 + s * b1, c * b1 - s * b0
+                c0, c1 = c * c0 + s * c1, c * c1 - s * c0
+    end[0], end[1], end[2], end[3], end[4], end[5] = a0, a1, a2, b0, b1, b2
+    end[6], end[7], end[8], end[9], end[10], end[11] = c0, c1, c2, x, y, z
+
+
+@inlined
+def joint_twists(pack: Pointer, axes: Pointer, end: Pointer, twists: Pointer, reference: int, zero: Number) -> None:
+    """What each joint of the chain does to the frame per unit speed: linear, then angular, 6 numbers a joint.
+
+    Args:
+        pack: The chain.
+        axes: From `move`.
+        end: From `move`.
+        twists: Filled; may be `axes` itself.
+        reference: LOCAL_WORLD_ALIGNED (the frame's point, world axes), LOCAL (its axes) or WORLD (the world's origin).
+        zero: 0, one or eight.
+    """
+    x, y, z = end[9], end[10], end[11]
+    if reference == WORLD:
+        x, y, z = zero, zero, zero
+    for i in range(int(pack[JOINTS])):
+        at = 6 * i
+        kind = pack[HEAD + i * STRIDE + KIND]
+        u, v, w = axes[at], axes[at + 1], axes[at + 2]
+        l0, l1, l2, w0, w1, w2 = u, v, w, zero, zero, zero
+        if kind != SLIDING and kind != SLIDING + FOLLOWING:
+            d, e, f = x - axes[at + 3], y - axes[at + 4], z - axes[at + 5]
+            l0, l1, l2 = v * f - w * e, w * d - u * f, u * e - v * d
+            w0, w1, w2 = u, v, w
+        if reference == LOCAL:
+            l0, l1, l2 = _into(end, l0, l1, l2)
+            w0, w1, w2 = _into(end, w0, w1, w2)
+        twists[at], twists[at + 1], twists[at + 2] = l0, l1, l2
+        twists[at + 3], twists[at + 4], twists[at + 5] = w0, w1, w2
+
+
+@inlined
+def _into(end: Pointer, x: Number, y: Number, z: Number) -> tuple[Number, Number, Number]:
+    """A vector in the frame's own axes."""
+    return (
+        end[0] * x + end[3] * y + end[6] * z,
+        end[1] * x + end[4] * y + end[7] * z,
+        end[2] * x + end[5] * y + end[8] * z,
+    )
+
+
+@inlined
+def add_columns(pack: Pointer, twists: Pointer, J: Pointer, width: int) -> None:
+    """Adds the joints' twists to the columns of the independent joints, in 6 rows of `width`."""
+    for i in range(int(pack[JOINTS])):
+        at = HEAD + i * STRIDE
+        column, factor = int(pack[at + COLUMN]), pack[at + FACTOR]
+        for r in range(6):
+            J[r * width + column] = J[r * width + column] + factor * twists[6 * i + r]
+
+
+@inlined
+def place_frame(
+    pack: Pointer, motions: Pointer, cosines: Pointer, sines: Pointer, axes: Pointer, end: Pointer, zero: Number
+) -> None:
+    """`move`, from motions alone: no joint of the chain has its cosine in q."""
+    cosines_and_sines(motions, cosines, sines, int(pack[JOINTS]))
+    move(pack, motions, cosines, sines, axes, end, zero)
