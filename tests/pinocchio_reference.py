@@ -1,6 +1,6 @@
 """Poses, Jacobians and Hessians from Pinocchio itself, for one q at a time: what compiled ones are measured against.
 
-Pinocchio 4.1.0 hands out kinematic Hessians as column-major memory that is labelled row-major; a fixed one is left alone.
+Pinocchio 4.1.0 hands out kinematic Hessians as column-major memory labelled row-major; a fixed one is left alone.
 """
 
 from functools import cache
