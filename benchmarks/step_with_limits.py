@@ -7,25 +7,18 @@ asked for the whole way to the target in one step; a step includes kinematics. S
 
 from __future__ import annotations
 
-import json
-import os
-import subprocess
-import sys
-import xml.etree.ElementTree as ET
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
-from rich.console import Console
 
 import robust_ik as rik
+from benchmarks.chains import Chain
+from benchmarks.environments import CACHE, Peer, UnavailableError, progress
 from benchmarks.peers.timing import Work
 from benchmarks.tables import markdown, parser, publish
-from robust_ik.catalog import find
+from benchmarks.works import arm, work_of
 
-SCRIPTS = Path(__file__).parent / "peers"
-CACHE = Path(__file__).parents[1] / "out" / "peers"
-TIP, DT, SEED = "panda_hand_tcp", 0.01, 1
+DT, SEED = 0.01, 1
 REST = np.array([0, -np.pi / 4, 0, -3 * np.pi / 4, 0, np.pi / 2, np.pi / 4])
 FAR, NEAR = (0.05, 0.1), (0.002, 0.004)
 """How far targets are, m and rad: beyond the speed limits in one step; or at 0.2 m/s and 0.4 rad/s."""
@@ -34,11 +27,6 @@ COLUMNS = (
     "system", "far [µs]", "ratio to ours", "at a limit", "near [µs]", "ratio to ours", "at a limit", "limits kept",
     "what it does",
 )  # fmt: skip
-progress = Console(stderr=True)
-
-
-class FailedError(Exception):
-    """A system cannot be installed or does not run."""
 
 
 @dataclass(frozen=True)
@@ -57,26 +45,6 @@ class Contender:
     what: str
     options: tuple[str, ...] = ()
 
-    @property
-    def python(self) -> str:
-        """Its interpreter; made first where it is not there yet."""
-        if self.script == "robust_ik":
-            return sys.executable
-        home, requirements = CACHE / self.script, SCRIPTS / f"requirements-{self.script}.txt"
-        python, done = home / "bin" / "python", home / "installed.txt"
-        wanted = requirements.read_text(encoding="utf-8")
-        if not done.is_file() or done.read_text(encoding="utf-8") != wanted:
-            progress.print(f"installing {self.script} …")
-            call([sys.executable, "-m", "venv", "--clear", str(home)])
-            call([str(python), "-m", "pip", "install", "--quiet", "--requirement", str(requirements)])
-            done.write_text(wanted, encoding="utf-8")
-        return str(python)
-
-    def measure(self, work: Path, velocities: Path) -> dict:
-        """What the script prints; joint velocities go to a file."""
-        command = [self.python, str(SCRIPTS / f"{self.script}_step.py"), str(work), "--velocities", str(velocities)]
-        return json.loads(call([*command, *self.options]).splitlines()[-1])
-
 
 CONTENDERS = (
     Contender("robust_ik, `Saturation`", "robust_ik", "strict; keeps the direction"),
@@ -88,37 +56,7 @@ CONTENDERS = (
 )
 
 
-def call(command: list[str]) -> str:
-    """Standard output of a command, which gets one thread of BLAS.
-
-    Raises:
-        FailedError: It fails.
-    """
-    one = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-    done = subprocess.run(command, env={**os.environ, **one}, capture_output=True, text=True, check=False)
-    if done.returncode:
-        lines = done.stderr.strip().splitlines() or [f"exit code {done.returncode}"]
-        raise FailedError(lines[-1][:120].replace("|", "/"))
-    return done.stdout
-
-
-def plain_urdf(path: Path) -> Path:
-    """Writes the Panda without shapes and with its fingers fixed: seven joints for everyone."""
-    tree = ET.parse(find("panda").path)
-    for link in tree.iter("link"):
-        for shape in (*link.findall("visual"), *link.findall("collision")):
-            link.remove(shape)
-    for joint in tree.findall("joint[@type='prismatic']"):
-        joint.set("type", "fixed")
-        for name in ("axis", "limit", "mimic"):
-            for element in joint.findall(name):
-                joint.remove(element)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    tree.write(path)
-    return path
-
-
-def work(robot: rik.Robot, urdf: Path, steps: int, distance: float, angle: float) -> Work:
+def moves(robot: rik.Robot, chain: Chain, steps: int, distance: float, angle: float) -> Work:
     """Configurations anywhere within the limits, and targets that far away in any direction; always the same ones."""
     rng = np.random.default_rng(SEED)
     q = robot.random(rng, steps)
@@ -129,7 +67,7 @@ def work(robot: rik.Robot, urdf: Path, steps: int, distance: float, angle: float
     cross = np.cross(axis[:, None, :], np.eye(3)).swapaxes(-1, -2)  # cross @ v = axis × v
     turn = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
     targets[:, :3, :3] = turn @ targets[:, :3, :3]
-    return Work(q, targets, poses, REST, robot.velocity_limit, robot.joint_names, TIP, str(urdf), DT)
+    return work_of(robot, chain, q, targets, posture=REST, dt=DT)
 
 
 @dataclass
@@ -172,25 +110,24 @@ def main() -> None:
     options.add_argument("--steps", type=int, default=2000)
     options.add_argument("--rounds", type=int, default=3, help="interleaved: all systems, then all again")
     arguments = options.parse_args()
-    urdf = plain_urdf(CACHE / "panda.urdf")
-    robot = rik.load(str(urdf), tip=TIP)
-    works = (CACHE / "far.npz", CACHE / "near.npz")
-    for path, (distance, angle) in zip(works, (FAR, NEAR)):
-        work(robot, urdf, arguments.steps, distance, angle).save(path)
-    q, velocities = Work.read(works[0]).q, CACHE / "velocities.npy"
+    robot, chain = arm("panda")
+    kinds = {"far": FAR, "near": NEAR}
+    works = {kind: moves(robot, chain, arguments.steps, *apart) for kind, apart in kinds.items()}
+    files = {kind: made.save(CACHE / f"{kind}.npz") for kind, made in works.items()}
     results = {contender: [Result(), Result()] for contender in CONTENDERS}
     failures, versions = {}, {}
     for number in range(arguments.rounds):
         for contender in (each for each in CONTENDERS if each not in failures):
             progress.print(f"round {number + 1} of {arguments.rounds}: {contender.name}")
             try:
-                for path, result in zip(works, results[contender]):
-                    line = contender.measure(path, velocities)
-                    versions[contender] = line["version"]
-                    result.medians.append(line["us_per_step"]["median"])
-                    result.judge(robot, q, np.load(velocities))
-            except FailedError as error:
-                failures[contender] = (contender.name, *("–",) * 7, f"failed: {error}")
+                for kind, result in zip(kinds, results[contender]):
+                    with Peer(contender.script, "step", files[kind], contender.options) as running:
+                        done = running.round()
+                    versions[contender] = running.hello["version"]
+                    result.medians.append(float(np.median(done.us)))
+                    result.judge(robot, works[kind].q, np.asarray(done.answers))
+            except UnavailableError as error:
+                failures[contender] = (contender.name, *("–",) * 7, str(error))
     ours = None if CONTENDERS[0] in failures else results[CONTENDERS[0]]
     rows = [failures.get(each) or row(each, versions[each], results[each], ours) for each in CONTENDERS]
     table = markdown(COLUMNS, rows, text_last=True)

@@ -1,7 +1,7 @@
 """One control step of mink: a weighted quadratic program, with the costs of the tutorial of its documentation.
 
 MuJoCo reads the URDF, the same kinematics; it fuses fixed links, and the tool frame is a site. Its
-models have no speed limits: they come with the work.
+models have no speed limits: they come with the work. `--plain yes`: the hand task alone, without limits.
 """
 
 from __future__ import annotations
@@ -22,8 +22,13 @@ def make(work: Work, arguments: argparse.Namespace) -> System:
     hand = mink.FrameTask(frame_name="tool", frame_type="site", position_cost=1.0, orientation_cost=1.0)
     posture = mink.PostureTask(model, cost=0.1)
     posture.set_target(work.posture)
-    tasks = (hand, posture)
-    limits = (mink.ConfigurationLimit(model), mink.VelocityLimit(model, dict(zip(work.joints, work.speeds))))
+    plain = arguments.plain == "yes"
+    tasks = (hand,) if plain else (hand, posture)
+    limits = (
+        ()
+        if plain
+        else (mink.ConfigurationLimit(model), mink.VelocityLimit(model, dict(zip(work.joints, work.speeds))))
+    )
 
     def step(q: np.ndarray, target: np.ndarray) -> np.ndarray:
         configuration.update(q)
@@ -38,4 +43,4 @@ def make(work: Work, arguments: argparse.Namespace) -> System:
 
 
 if __name__ == "__main__":
-    run("mink", "mink", make, solver=("daqp", "proxqp", "quadprog"))
+    run("mink", "mink", make, solver=("daqp", "proxqp", "quadprog"), plain=("no", "yes"))

@@ -1,4 +1,7 @@
-"""One control step of Pink: a weighted quadratic program, with the costs of the Panda example of its documentation."""
+"""One control step of Pink: a weighted quadratic program, with the costs of the Panda example of its documentation.
+
+`--plain yes`: the hand task alone, without limits.
+"""
 
 from __future__ import annotations
 
@@ -17,12 +20,14 @@ def make(work: Work, arguments: argparse.Namespace) -> System:
     hand = FrameTask(work.tip, position_cost=1.0, orientation_cost=1.0, lm_damping=1.0)
     posture = PostureTask(cost=1e-3)
     posture.set_target(work.posture)
-    tasks = (hand, posture)
+    plain = arguments.plain == "yes"
+    tasks = (hand,) if plain else (hand, posture)
+    limits = () if plain else None  # None: those of the URDF
 
     def step(q: np.ndarray, target: np.ndarray) -> np.ndarray:
         configuration.update(q)
         hand.set_target(pin.SE3(target))
-        return pink.solve_ik(configuration, tasks, work.dt, solver=arguments.solver)  # limits: the URDF's, by default
+        return pink.solve_ik(configuration, tasks, work.dt, solver=arguments.solver, limits=limits)
 
     def pose(q: np.ndarray) -> np.ndarray:
         configuration.update(q)
@@ -32,4 +37,4 @@ def make(work: Work, arguments: argparse.Namespace) -> System:
 
 
 if __name__ == "__main__":
-    run("Pink", "pin-pink", make, solver=("daqp", "proxqp", "quadprog"))
+    run("Pink", "pin-pink", make, solver=("daqp", "proxqp", "quadprog"), plain=("no", "yes"))

@@ -1,7 +1,7 @@
 """One control step of PlaCo: a quadratic program in C++, as the getting-started page of its documentation sets it up.
 
 `--priority soft` weighs the hand task against the posture; `scaled` makes it an equality whose right side is scaled
-down as little as the limits demand.
+down as little as the limits demand. `--plain yes`: the hand task alone, without limits.
 """
 
 from __future__ import annotations
@@ -23,11 +23,13 @@ def make(work: Work, arguments: argparse.Namespace) -> System:
     solver.mask_fbase(True)
     hand = solver.add_frame_task(work.tip, np.eye(4))
     hand.configure("hand", arguments.priority, 1.0, 1.0)
-    posture = solver.add_joints_task()
-    posture.set_joints(dict(zip(work.joints, work.posture)))
-    posture.configure("posture", "soft", 1e-6)
-    solver.enable_joint_limits(True)
-    solver.enable_velocity_limits(True)
+    plain = arguments.plain == "yes"
+    if not plain:
+        posture = solver.add_joints_task()
+        posture.set_joints(dict(zip(work.joints, work.posture)))
+        posture.configure("posture", "soft", 1e-6)
+    solver.enable_joint_limits(not plain)
+    solver.enable_velocity_limits(not plain)
     solver.dt = work.dt
 
     def update(q: np.ndarray) -> None:
@@ -47,4 +49,4 @@ def make(work: Work, arguments: argparse.Namespace) -> System:
 
 
 if __name__ == "__main__":
-    run("PlaCo", "placo", make, priority=("soft", "scaled"))
+    run("PlaCo", "placo", make, priority=("soft", "scaled"), plain=("no", "yes"))

@@ -1,30 +1,43 @@
-"""What every step script shares: the work, the clock and the line of JSON. Needs NumPy only, so it runs anywhere."""
+"""What every peer's script shares: the work, the clock and the answers. Needs NumPy only, so it runs anywhere.
+
+A script is started once and then asked for rounds, so that systems take turns at short intervals: for every line on its
+standard input it does all the work and answers with a line of JSON.
+"""
 
 from __future__ import annotations
 
 import argparse
 import importlib.metadata
 import json
+import os
+import sys
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, fields
+from itertools import starmap
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 WARM_UP = 20
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Work:
-    """Control steps that have nothing to do with each other, so that nothing can be carried over.
+    """Tasks that have nothing to do with each other, so that nothing can be carried over.
 
     Attributes:
-        q: Configurations, (N, n).
-        targets: Where the tool should go, (N, 4, 4).
-        poses: Where the tool is, (N, 4, 4): a system with another idea of it solves another task.
+        q: Configurations to be at or to start from, (N, n).
+        targets: Where the tool should go, (N, 4, 4), or how fast, (N, 6), linear first, world axes.
+        poses: Where the tool is at q, (N, 4, 4): a system with another idea of it solves another task.
         posture: Where the joints should go, (n,).
+        lower: Lower joint limits, rad, (n,).
+        upper: Upper joint limits, rad, (n,).
         speeds: Speed limits, rad/s, (n,): for a system whose file format has none.
+        placements: A of A_1 Rz(q_1) A_2 Rz(q_2) … A_n Rz(q_n) T, (n, 4, 4): for a system that reads no URDF.
+        tool: T, (4, 4).
+        tolerance: What counts as solved, m and rad, (2,).
         joints: Joint names.
         tip: The tool frame.
         urdf: The robot.
@@ -35,23 +48,29 @@ class Work:
     targets: np.ndarray
     poses: np.ndarray
     posture: np.ndarray
+    lower: np.ndarray
+    upper: np.ndarray
     speeds: np.ndarray
+    placements: np.ndarray
+    tool: np.ndarray
+    tolerance: np.ndarray
     joints: tuple[str, ...]
     tip: str
     urdf: str
     dt: float
 
-    def save(self, path: Path) -> None:
+    def save(self, path: Path) -> Path:
         """Writes it to an .npz file."""
         np.savez(path, **vars(self))
+        return path
 
     @classmethod
     def read(cls, path: Path) -> Work:
         """What `save` wrote."""
         with np.load(path) as file:
-            scalars = {"tip": str(file["tip"]), "urdf": str(file["urdf"]), "dt": float(file["dt"])}
-            arrays = {name: file[name] for name in ("q", "targets", "poses", "posture", "speeds")}
-            return cls(joints=tuple(map(str, file["joints"])), **arrays, **scalars)
+            arrays: dict[str, Any] = {each.name: file[each.name] for each in fields(cls)}
+        scalars = {"tip": str(arrays["tip"]), "urdf": str(arrays["urdf"]), "dt": float(arrays["dt"])}
+        return cls(**{**arrays, **scalars, "joints": tuple(map(str, arrays["joints"]))})
 
 
 @dataclass(frozen=True)
@@ -59,7 +78,7 @@ class System:
     """A system to measure.
 
     Attributes:
-        step: From (q, target) to joint velocities: one whole control step, kinematics and target included.
+        step: From (q, target) to joint velocities or joint values: the whole work, kinematics included.
         pose: From q to the tool's pose, (4, 4).
     """
 
@@ -70,42 +89,67 @@ class System:
 Make = Callable[[Work, argparse.Namespace], System]
 
 
-def run(name: str, package: str, make: Make, **options: tuple[str, ...]) -> None:
-    """The command line of a step script: measures what `make` makes and prints one line of JSON.
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """One round of one system.
+
+    Attributes:
+        cpu_us: CPU time of the process per call: the whole round by the count, no clock between calls.
+        us: Wall time of each call, in a second pass, (N,): for spread and tails.
+        answers: What the first pass returned.
+    """
+
+    cpu_us: float
+    us: np.ndarray
+    answers: Sequence[Any]
+
+
+def sample(step: Callable[..., Any], *columns: Iterable[Any]) -> Sample:
+    """Times `step` of every row of some columns: once without a clock between calls, once with one."""
+    rows = list(zip(*columns))
+    begin = time.process_time_ns()
+    answers = list(starmap(step, rows))
+    cpu = time.process_time_ns() - begin
+    clock, marks = time.perf_counter_ns, []
+    for row in rows:
+        start = clock()
+        step(*row)
+        marks.append(clock() - start)
+    return Sample(1e-3 * cpu / len(rows), 1e-3 * np.array(marks), answers)
+
+
+def run(name: str, package: str, make: Make, *, version: str | None = None, **options: tuple[str, ...]) -> None:
+    """The command line of a script: does what `make` makes once for every line on standard input.
 
     Args:
         name: The system.
         package: What its version is that of.
         make: Builds the system; not measured.
+        version: The version of a package that pip does not know.
         options: Further options, their possible values, the default first.
     """
-    parser = argparse.ArgumentParser(description=f"Times one control step of {name}.")
-    parser.add_argument("work", type=Path, help="what benchmarks/step_with_limits.py wrote")
-    parser.add_argument("--velocities", type=Path, help="where to save the joint velocities (.npy)")
+    parser = argparse.ArgumentParser(description=f"Times {name}: one round for every line on standard input.")
+    parser.add_argument("work", type=Path, help="an .npz file of a Work")
     for option, values in options.items():
         parser.add_argument(f"--{option}", choices=values, default=values[0])
     arguments = parser.parse_args()
+    answers = os.fdopen(os.dup(1), "w")
+    os.dup2(2, 1)  # a library that prints must not be taken for an answer
     work = Work.read(arguments.work)
-    seconds, qdot = _measured(make(work, arguments), work)
-    if arguments.velocities:
-        np.save(arguments.velocities, qdot)
-    us = {"min": round(1e6 * float(seconds.min()), 2), "median": round(1e6 * float(np.median(seconds)), 2)}
-    version = importlib.metadata.version(package)
+    system = make(work, arguments)
+    _check(system, work)
     chosen = {option: getattr(arguments, option) for option in options}
-    print(json.dumps({"peer": name, "version": version, "us_per_step": us, "steps": len(seconds), **chosen}))
+    hello = {"peer": name, "version": version or importlib.metadata.version(package), **chosen}
+    print(json.dumps(hello), file=answers, flush=True)
+    for _ in sys.stdin:
+        done = sample(system.step, work.q, work.targets)
+        line = {"cpu_us": done.cpu_us, "us": done.us.round(3).tolist(), "answers": np.array(done.answers).tolist()}
+        print(json.dumps(line), file=answers, flush=True)
 
 
-def _measured(system: System, work: Work) -> tuple[np.ndarray, np.ndarray]:
-    """Seconds per step, (N,), and joint velocities, (N, n)."""
+def _check(system: System, work: Work) -> None:
     for q, pose in zip(work.q[:WARM_UP], work.poses):
         if not np.allclose(system.pose(q), pose, atol=1e-6):
             raise SystemExit("another tool pose than robust_ik's: not the same task")
     for q, target in zip(work.q[:WARM_UP], work.targets):
         system.step(q, target)
-    seconds, qdot = np.empty(len(work.q)), np.empty(work.q.shape)
-    for i, (q, target) in enumerate(zip(work.q, work.targets)):
-        start = time.perf_counter()
-        result = system.step(q, target)
-        seconds[i] = time.perf_counter() - start
-        qdot[i] = result
-    return seconds, qdot
