@@ -53,6 +53,7 @@ def lines(path: Path, panels: Mapping[str, Mapping[str, Sequence[tuple[float, fl
             panel.loglog(*zip(*points), marker="o", markersize=3, label=name)
         panel.set(xlabel=title, ylabel=label)
         panel.grid(which="both", alpha=0.3)
-        panel.legend(fontsize=7)
+        if group:
+            panel.legend(fontsize=7)
     figure.tight_layout()
     figure.savefig(path, **SAVE)

@@ -43,6 +43,16 @@ def calls(step: Callable[..., Any], *columns: Iterable[Any]) -> Round:
     return lambda: sample(step, *kept)
 
 
+def batches(run: Callable[[], Any], count: int, repeats: int = 1) -> Round:
+    """The round of a function that does `count` things at once: times are per thing, spread is over the repeats."""
+
+    def round_() -> Sample:
+        done = sample(lambda _: run(), range(repeats))
+        return Sample(done.cpu_us / count, done.us / count, done.answers[-1])
+
+    return round_
+
+
 def peer(name: str, script: str, kind: str, work: Path, options: tuple[str, ...] = (), what: str = "") -> Contender:
     """A contender in a process of its own."""
 
@@ -97,9 +107,18 @@ class Series:
         """Of the last round."""
         return np.asarray(self.samples[-1].answers)
 
-    def ratios(self, base: Series) -> np.ndarray:
-        """CPU time over that of another contender, round by round."""
-        return self.cpu / base.cpu
+    @property
+    def wall(self) -> np.ndarray:
+        """Median wall µs per call, one number a round: for work on several cores."""
+        return np.array([np.median(each.us) for each in self.samples])
+
+    def ratios(self, base: Series, *, wall: bool = False) -> np.ndarray:
+        """CPU time over that of another contender, round by round; or wall time."""
+        return self.wall / base.wall if wall else self.cpu / base.cpu
+
+    def ratio(self, base: Series, *, wall: bool = False) -> str:
+        """The median of the ratios, for a table."""
+        return f"{np.median(self.ratios(base, wall=wall)):.3g}" if self.samples and base.samples else "–"
 
     def summary(self, bases: Sequence[Series] = ()) -> dict[str, Any]:
         """What is saved of it."""
