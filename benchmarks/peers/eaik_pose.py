@@ -6,8 +6,8 @@ import argparse
 
 import numpy as np
 from eaik.IK_HP import HPRobot
-from poses import error, within
-from timing import System, Work, run
+from poses import within
+from timing import System, Work, error, run
 
 
 def make(work: Work, _: argparse.Namespace) -> System:

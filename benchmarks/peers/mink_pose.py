@@ -7,8 +7,8 @@ import argparse
 import mink
 import mujoco
 import numpy as np
-from poses import error, restarted
-from timing import System, Work, run
+from poses import restarted
+from timing import System, Work, error, run
 
 STEPS = 50
 

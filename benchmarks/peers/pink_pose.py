@@ -8,8 +8,8 @@ import numpy as np
 import pink
 import pinocchio as pin
 from pink.tasks import FrameTask
-from poses import error, restarted
-from timing import System, Work, run
+from poses import restarted
+from timing import System, Work, error, run
 
 STEPS = 50
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from timing import Work
+from timing import Work, error
 
 
 def restarted(
@@ -48,11 +48,3 @@ def within(q: np.ndarray, work: Work) -> np.ndarray | None:
     turned = q - 2 * np.pi * np.ceil((q - work.upper - 1e-9) / (2 * np.pi))
     turned = np.where((q >= work.lower) & (q <= work.upper), q, turned)
     return turned if (turned >= work.lower - 1e-9).all() else None
-
-
-def error(pose: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """How far one pose is from another, m and rad, (..., 2)."""
-    moved = np.linalg.norm(pose[..., :3, 3] - target[..., :3, 3], axis=-1)
-    R = np.swapaxes(pose[..., :3, :3], -1, -2) @ target[..., :3, :3]
-    skew = np.stack([R[..., 2, 1] - R[..., 1, 2], R[..., 0, 2] - R[..., 2, 0], R[..., 1, 0] - R[..., 0, 1]], axis=-1)
-    return np.stack([moved, np.arctan2(np.linalg.norm(skew, axis=-1), np.trace(R, axis1=-2, axis2=-1) - 1)], axis=-1)

@@ -153,3 +153,11 @@ def _check(system: System, work: Work) -> None:
             raise SystemExit("another tool pose than robust_ik's: not the same task")
     for q, target in zip(work.q[:WARM_UP], work.targets):
         system.step(q, target)
+
+
+def error(pose: np.ndarray, target: np.ndarray) -> np.ndarray:
+    """How far one pose is from another, m and rad, (..., 2)."""
+    moved = np.linalg.norm(pose[..., :3, 3] - target[..., :3, 3], axis=-1)
+    R = np.swapaxes(pose[..., :3, :3], -1, -2) @ target[..., :3, :3]
+    skew = np.stack([R[..., 2, 1] - R[..., 1, 2], R[..., 0, 2] - R[..., 2, 0], R[..., 1, 0] - R[..., 0, 1]], axis=-1)
+    return np.stack([moved, np.arctan2(np.linalg.norm(skew, axis=-1), np.trace(R, axis1=-2, axis2=-1) - 1)], axis=-1)

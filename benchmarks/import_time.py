@@ -1,0 +1,82 @@
+"""Times `import robust_ik`: what NumPy takes, what Pinocchio takes, and what is added by us and what we need.
+
+`python -m benchmarks.import_time` prints the table; with `--write` it goes into docs/benchmarks.md, JSON beside it. A
+process of its own each time, files in the system's cache. NumPy and Pinocchio are imported first, then robust_ik: what
+is added is what a user of both pays. The split by `-X importtime` is of each module alone, without its imports; the
+option itself slows them.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections import Counter
+
+import numpy as np
+
+from benchmarks.environments import UnavailableError, call, last_line, one_thread, progress
+from benchmarks.report import Report, options
+from benchmarks.rounds import spread
+
+PROGRAM = """
+import json, sys, time
+def cost(*names):
+    cpu, wall = time.process_time(), time.perf_counter()
+    for name in names:
+        __import__(name)
+    return 1e3 * (time.process_time() - cpu), 1e3 * (time.perf_counter() - wall)
+print(json.dumps({"numpy": cost("numpy"), "Pinocchio": cost("pinocchio"), "robust_ik, added": cost("robust_ik"),
+                  "numba": "numba" in sys.modules}))
+"""
+SPLIT = "import numpy, pinocchio; import robust_ik"
+GROUPS = {
+    "numpy": "numpy", "pinocchio": "Pinocchio", "eigenpy": "Pinocchio", "coal": "Pinocchio", "hppfcl": "Pinocchio",
+    "cmeel": "Pinocchio", "robust_ik": "our own modules",
+}  # fmt: skip
+COLUMNS = ("what", "CPU [ms]", "q1 to q3", "wall [ms]")
+
+
+def measure(rounds: int) -> tuple[dict[str, np.ndarray], bool]:
+    """Milliseconds (rounds, 2), CPU and wall, by part; whether numba was imported."""
+    found = []
+    for number in range(rounds + 1):
+        progress.print(f"round {number} of {rounds}")
+        found.append(json.loads(call([sys.executable, "-c", PROGRAM])))
+    parts = [key for key in found[0] if key != "numba"]
+    # The first round reads files that are not in the system's cache yet.
+    return {part: np.array([each[part] for each in found[1:]]) for part in parts}, found[-1]["numba"]
+
+
+def split() -> dict[str, float]:
+    """Milliseconds of each group's modules alone, and of the ten slowest of what is neither, by `-X importtime`."""
+    command = [sys.executable, "-X", "importtime", "-c", SPLIT]
+    done = subprocess.run(command, env=one_thread(), capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise UnavailableError(last_line(done.stderr))
+    groups: Counter[str] = Counter()
+    for line in done.stderr.splitlines():
+        own, _, name = line.removeprefix("import time:").split("|")
+        if own.strip().isdigit():
+            package = name.strip().split(".")[0]
+            library = "the standard library" if package in sys.stdlib_module_names else package
+            groups[GROUPS.get(package, library)] += int(own)
+    return {name: 1e-3 * us for name, us in groups.most_common(10)}
+
+
+def main() -> None:
+    arguments = options(__doc__).parse_args()
+    parts, numba = measure(arguments.rounds)
+    rows, results = [], {}
+    for part, ms in parts.items():
+        results[part] = {"cpu_ms": spread(ms[:, 0]), "wall_ms": spread(ms[:, 1])}
+        low, middle, high = spread(ms[:, 0]).values()
+        rows.append((part, f"{middle:.0f}", f"{low:.0f} to {high:.0f}", f"{np.median(ms[:, 1]):.0f}"))
+    results["numba is imported"], results["split, ms"] = numba, split()
+    rows.append(("numba is imported", "yes" if numba else "no", "–", "–"))
+    rows += [(f"… {name}, modules alone", "–", "–", f"{ms:.0f}") for name, ms in results["split, ms"].items()]
+    Report("import_time", COLUMNS, rows, results, {"rounds": arguments.rounds}).publish(write=arguments.write)
+
+
+if __name__ == "__main__":
+    main()
