@@ -88,14 +88,17 @@ def poses(robot: rik.Robot, kind: str, count: int, seed: int = SEED) -> tuple[np
     return robot.random(rng, count), targets
 
 
-def singular(robot: rik.Robot, rng: np.random.Generator, each: int = 200) -> np.ndarray:
-    """Configurations of every family of singularities, those within the limits."""
+def singular(robot: rik.Robot, rng: np.random.Generator, each: int = 500) -> np.ndarray:
+    """Configurations of every family of singularities, those within the limits, (N, n)."""
     atlas = rik.find_singularities(robot)
-    found = np.concatenate(
-        [leaf.filled(atlas.robot.chain, rng, each) for row in atlas for leaf in row.leaves if leaf.free]
-        + [leaf.samples for row in atlas for leaf in row.leaves]
-    )
-    turned = found - 2 * np.pi * np.round(found / (2 * np.pi))
+    found = []
+    for leaf in (leaf for row in atlas for leaf in row.leaves):
+        values = np.array(leaf.filled(atlas.robot.chain, rng, each if leaf.free else len(leaf.samples)))
+        free = list(leaf.free)
+        values[:, free] = robot.random(rng, len(values))[:, free]
+        found.append(leaf.pinned(values))
+    turned = np.concatenate(found)
+    turned -= 2 * np.pi * np.round(turned / (2 * np.pi))
     return turned[((turned >= robot.lower) & (turned <= robot.upper)).all(axis=1)]
 
 

@@ -2,21 +2,33 @@
 
 import json
 import sys
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
 import robust_ik as rik
-from benchmarks import environments, figures, report
+from benchmarks import batch_throughput, environments, figures, pose_accuracy, pose_ik, report
 from benchmarks.chains import Chain
 from benchmarks.environments import Peer, UnavailableError
+from benchmarks.goals import Goal, goals
 from benchmarks.peers.timing import Sample, Work, error
 from benchmarks.report import Report
 from benchmarks.rounds import Series, batches, calls, interleave, needed, ours, peer
-from benchmarks.step_latency import PythonFilter, damped, pinocchio_step, residuals
+from benchmarks.step_latency import (
+    COLUMNS,
+    PythonFilter,
+    against_numpy,
+    contenders,
+    damped,
+    pinocchio_step,
+    residuals,
+    row,
+)
 from benchmarks.svd import errors
 from benchmarks.tables import DOCS, insert
 from benchmarks.works import ahead, bare, pinocchio_pose, poses, singular, twists, work_of
+from benchmarks.works import arm as arm_of
 
 ECHO = """
 from timing import System, run
@@ -248,3 +260,106 @@ def test_errors_of_singular_values_see_below_the_last_bit():
     near, rest = np.array([[1.0, 1e-20]]), np.array([[1e-17, 0.0]])
     relative, over = errors(np.array([[1.0, 2e-20]]), near, rest)
     np.testing.assert_allclose((relative, over), (1, 1e-17), rtol=1e-6)
+
+
+# ---------------------------------------------------------------------------------------------- our own
+class SlowStepper:
+    """The interface of a stepper, in NumPy."""
+
+    def __init__(self, robot, inverse):
+        self.robot, self.inverse = robot, inverse
+
+    def step(self, q, twist, out):
+        out[:] = self.inverse.solve(self.robot.jacobian(q), twist)
+
+    def steps(self, q, twists, out=None, threads=1):
+        out[:] = self.inverse.solve(self.robot.jacobian(q), twists)
+        return out
+
+
+def test_our_steps_are_judged_by_numpy(arm, monkeypatch):
+    monkeypatch.setattr(rik, "Stepper", SlowStepper, raising=False)
+    robot, chain = arm
+    work = twists(robot, 4)
+    everyone = contenders(robot, chain, work, peers=False)
+    found = interleave([each for each in everyone if "null space" not in each.name], 1)
+    assert not [each.name for each in found.values() if each.failure]
+    J = robot.jacobian(work[0])
+    assert max(against_numpy(J, work[1], found).values()) < 1e-9
+    lines = [row(each, found, J, work[1]) for each in found.values()]
+    assert {len(line) for line in lines} == {len(COLUMNS)}
+
+
+def test_batches_have_a_line_each(arm, monkeypatch):
+    monkeypatch.setattr(rik, "Stepper", SlowStepper, raising=False)
+    monkeypatch.setattr(batch_throughput, "AT_LEAST", 1)
+    robot, _ = arm
+    found = interleave(batch_throughput.contenders(robot, *twists(robot, 8)), 1)
+    compared = batch_throughput.pairs(found)
+    assert float(compared["robust_ik DLS, batch"]["one"]) > 0
+    assert float(compared[f"robust_ik DLS, {batch_throughput.CORES} threads"]["cores"]) > 0
+
+
+@dataclass
+class Found:
+    q: np.ndarray
+    error: np.ndarray
+    starts: np.ndarray
+    status: np.ndarray
+
+
+def given_away(robot, kind, targets, seed):
+    """A solver that was told every answer but the first of a work."""
+    rng = np.random.default_rng(seed)
+    starts = robot.random(rng, targets)
+    answers = robot.random(rng, targets)
+    answers[0] = starts[0]
+    return lambda self, wanted, q0=None, **_: Found(answers, np.zeros((targets, 2)), np.ones(targets), "solved")
+
+
+def test_misses_are_counted_whatever_the_solver_claims(monkeypatch):
+    robot, _ = arm_of("ur5")
+    monkeypatch.setattr(rik.Robot, "solve_poses", given_away(robot, "random", 30, 100), raising=False)
+    counted = pose_accuracy.count("ur5", "random", 30)
+    assert (counted["missed"], counted["missed_fine"], counted["claimed"], counted["outside"]) == (1, 1, 1, 0)
+    assert len(pose_accuracy.row("ur5", "random", counted)) == len(pose_accuracy.COLUMNS)
+
+
+def test_answers_out_of_reach_are_measured_by_the_best_known(arm):
+    robot, _ = arm
+    q0, targets = poses(robot, "unreachable 2", 10)
+    better, worse = Series("robust_ik"), Series("other")
+    near, far = q0, robot.lower[None].repeat(10, axis=0)
+    better.samples, worse.samples = [Sample(1, np.ones(10), near)], [Sample(1, np.ones(10), far)]
+    best = pose_ik.best_known(robot, targets, [near, far], 0)
+    verdicts = [pose_ik.judge(robot, each, targets, best)["error over best"] for each in (better, worse)]
+    assert min(verdict["median"] for verdict in verdicts) == 1
+    assert len(pose_ik.row("zigzag", "unreachable 2", better, {"solved": 0, "to 1e-8": 0}, better)) == len(
+        pose_ik.COLUMNS
+    )
+
+
+def test_answers_outside_the_limits_do_not_count(arm):
+    robot, _ = arm
+    q = robot.random(np.random.default_rng(0), 4) + 2 * np.pi
+    cheat = Series("cheat", samples=[Sample(1, np.ones(4), q)])
+    verdict = pose_ik.judge(robot, cheat, robot.pose(q), None)
+    assert (verdict["solved"], verdict["within limits"]) == (0, 0)
+
+
+# ---------------------------------------------------------------------------------------------- goals
+def test_a_goal_is_read_from_what_was_saved(tmp_path):
+    Report("trial", ("a",), results={"ours": 2.0}).save(tmp_path)
+    read = lambda results: results["ours"]  # noqa: E731
+    assert Goal("speed", "trial", read, 3).line(tmp_path) == ("speed", "≤ 3", "2", "yes")
+    assert Goal("speed", "trial", read, 3, least=True).line(tmp_path) == ("speed", "≥ 3", "2", "NO")
+
+
+def test_no_goal_counts_as_held_that_was_not_measured(tmp_path):
+    assert {goal.line(tmp_path)[-1] for goal in goals()} == {"not measured"}
+
+
+def test_no_goal_counts_as_held_where_its_contender_failed(tmp_path):
+    failed = {"contenders": {"robust_ik DampedLeastSquares": {"version": "", "failure": "none"}}, "against NumPy": {}}
+    Report("step_latency", ("a",), results=failed).save(tmp_path)
+    assert "yes" not in {goal.line(tmp_path)[-1] for goal in goals()}
