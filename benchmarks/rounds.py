@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.environments import Peer, UnavailableError, progress
-from benchmarks.peers.timing import Sample, sample
+from benchmarks.peers.timing import WARM_UP, Sample, sample
 
 Round = Callable[[], Sample]
 
@@ -38,13 +38,16 @@ def ours(name: str, build: Callable[[], Round], what: str = "") -> Contender:
 
 
 def calls(step: Callable[..., Any], *columns: Iterable[Any]) -> Round:
-    """The round of a function that is called once for every row."""
+    """The round of a function that is called once for every row; first, not measured, for a few."""
     kept = [list(column) for column in columns]
+    for row in list(zip(*kept))[:WARM_UP]:
+        step(*row)
     return lambda: sample(step, *kept)
 
 
 def batches(run: Callable[[], Any], count: int, repeats: int = 1) -> Round:
     """The round of a function that does `count` things at once: times are per thing, spread is over the repeats."""
+    run()  # what compiles or allocates does it now
 
     def round_() -> Sample:
         done = sample(lambda _: run(), range(repeats))

@@ -19,9 +19,9 @@ import pinocchio as pin
 import robust_ik as rik
 from benchmarks import figures
 from benchmarks.environments import CACHE, UnavailableError
-from benchmarks.peers.timing import Sample, sample
+from benchmarks.peers.timing import Sample
 from benchmarks.report import Report, options
-from benchmarks.rounds import Contender, Round, Series, interleave, needed, ours, peer
+from benchmarks.rounds import Contender, Round, Series, calls, interleave, needed, ours, peer
 from benchmarks.works import ahead, arm, twists, work_of
 from robust_ik.inverses import CLASSES
 
@@ -71,12 +71,6 @@ def damped_svd(J: np.ndarray, twist: np.ndarray) -> np.ndarray:
     return Vt.T @ (s / (s * s + DAMPING**2) * (U.T @ twist))
 
 
-def plain(step: Callable[..., Any], steps: Steps) -> Round:
-    """The round of a step that returns its answer."""
-    columns = [list(column) for column in steps]
-    return lambda: sample(step, *columns)
-
-
 def stepper(robot: rik.Robot, inverse: rik.RobustInverse, steps: Steps, *, term: bool = False) -> Round:
     """The round of our own step, into arrays that are there already."""
     make = needed(rik, "Stepper")
@@ -85,15 +79,16 @@ def stepper(robot: rik.Robot, inverse: rik.RobustInverse, steps: Steps, *, term:
     except rik.RobustIKError as error:
         raise UnavailableError(str(error)[:120]) from None
     out = np.empty((len(steps[0]), robot.n))
-    columns = [list(column) for column in (*steps, out)]
     if term:
         names = [name for name in inspect.signature(step).parameters if name.startswith(("null", "secondary"))]
         if not names:
             raise UnavailableError("this Stepper takes no null-space term")
         step = partial(step, **{names[0]: np.full(robot.n, 0.1)})
 
+    into_out = calls(step, *steps, out)
+
     def round_() -> Sample:
-        done = sample(step, *columns)
+        done = into_out()
         return Sample(done.cpu_us, done.us, out.copy())
 
     return round_
@@ -112,8 +107,8 @@ def inverses() -> dict[str, rik.RobustInverse]:
 def contenders(robot: rik.Robot, chain: Any, steps: Steps, *, peers: bool) -> list[Contender]:
     """Everyone."""
     found = [
-        ours(BASELINE, lambda: plain(pinocchio_step(robot, damped), steps)),
-        ours("Pinocchio + np.linalg.svd", lambda: plain(pinocchio_step(robot, damped_svd), steps)),
+        ours(BASELINE, lambda: calls(pinocchio_step(robot, damped), *steps)),
+        ours("Pinocchio + np.linalg.svd", lambda: calls(pinocchio_step(robot, damped_svd), *steps)),
         *(ours(name, partial(stepper, robot, inverse, steps)) for name, inverse in inverses().items()),
         ours("robust_ik JParse + null space", partial(stepper, robot, rik.JParse(), steps, term=True)),
     ]
