@@ -7,10 +7,6 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from rich.console import Console
-from rich.markup import escape
-from rich.progress import Progress
-
 PATIENCE = 2.0
 """Seconds after which a bar is worth showing."""
 
@@ -28,6 +24,10 @@ def progress_bar(what: str) -> Iterator[Told]:
     if not sys.stderr.isatty():
         yield lambda done, total: None  # noqa: ARG005
         return
+    from rich.console import Console  # a twentieth of a second: only where somebody looks
+    from rich.markup import escape
+    from rich.progress import Progress
+
     bar, began = Progress(console=Console(stderr=True), transient=True), time.monotonic()
     task = bar.add_task(escape(what), total=None)
 

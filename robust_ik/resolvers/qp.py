@@ -6,7 +6,6 @@ import warnings
 from typing import Any
 
 import numpy as np
-import qpsolvers
 from numpy.typing import NDArray
 
 from robust_ik.bounds import Bounds
@@ -41,6 +40,8 @@ def check_backend(backend: str) -> None:
     Raises:
         InputError: The message lists those that are.
     """
+    import qpsolvers  # brings scipy, a quarter of a second: only where a program is solved
+
     if backend not in qpsolvers.available_solvers:
         raise InputError(f"backend must be one of {', '.join(sorted(qpsolvers.available_solvers))}, got {backend!r}")
 
@@ -90,6 +91,8 @@ def _constraints(directions: Array, bounds: Bounds, qdot: Array) -> tuple[Array,
 
 def _guess(hessian: Array, slope: Array, rows: Array, room: Array, backend: str) -> Array | None:
     """What the solver answers, if anything."""
+    import qpsolvers  # as above
+
     with warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore")  # solvers tell by a warning that they have failed
         try:
