@@ -2,210 +2,45 @@
 
 Conventions: rad, m, s. Twists are (..., 6), linear rows first. The default reference of Jacobians is
 LOCAL_WORLD_ALIGNED: the tool's point, the world's axes. Arrays take leading batch axes everywhere.
+
+A public name is imported when it is first used, so that `import robust_ik` costs next to nothing. Which names there are
+and where they live is said once, by the imports of `__init__.pyi`.
 """
 
-from importlib.metadata import version as _version
+import ast as _ast
+from importlib import import_module as _import_module
+from importlib.util import find_spec as _find_spec
+from pathlib import Path as _Path
 
-from robust_ik import certificates, evaluation, inverses, stability
-from robust_ik.controller import VelocityController
-from robust_ik.derivatives import manipulability_gradient, singular_value_gradient, singular_value_gradients
-from robust_ik.description import Box, Cylinder, Sphere
-from robust_ik.dh import DHJoint, DHTable
-from robust_ik.dh_toml import read_dh
-from robust_ik.errors import (
-    DHError,
-    FrameNotFoundError,
-    InputError,
-    LoadError,
-    RobotNotFoundError,
-    RobustIKError,
-    TipError,
-    UrdfError,
-)
-from robust_ik.explanation import Explanation, explain, unavoidable_angle
-from robust_ik.inverses import (
-    EDLS,
-    ESRIM,
-    SDLS,
-    ChanLawrence,
-    Chiaverini,
-    ChiaveriniFiltering,
-    DampedLeastSquares,
-    DulebaAdditive,
-    DulebaClamp,
-    FilteredInverse,
-    Halley,
-    JParse,
-    JParsePositionFirst,
-    JParseWithGains,
-    KelmarKhosla,
-    MaciejewskiKlein,
-    MoorePenrose,
-    NakamuraHanafusa,
-    RobustInverse,
-    Sigmoid,
-    SingularValueFilter,
-    Sugihara,
-    TruncatedSVD,
-    UserDefinedAccuracy,
-    Weighted,
-)
-from robust_ik.limits import CollisionLimit, HalfSpace, IgnoredPair, JointLimits, Limit, Obstacle, PairDistance
-from robust_ik.linalg import condition_number, lost_directions, manipulability, null_projector, svd
-from robust_ik.loading import load
-from robust_ik.measures import measure_bounds
-from robust_ik.newton import NewtonResult, NewtonStatus, newton
-from robust_ik.paths import Circle, Keypoints, Line, OutAndBack, Sinusoid, Turning
-from robust_ik.resolution import LevelResult, Resolution, Status
-from robust_ik.resolvers import (
-    DecoupledPriority,
-    Limiter,
-    QuadraticProgram,
-    Resolver,
-    Saturation,
-    Scaling,
-    TaskPriority,
-    TaskReconstruction,
-    WeightedPriority,
-)
-from robust_ik.robot import Robot
-from robust_ik.scenario import Scenario
-from robust_ik.scenarios import load_scenario
-from robust_ik.simulation import simulate
-from robust_ik.singularities import SingularityAtlas, Stratum, find_singularities
-from robust_ik.tasks import (
-    DampingTask,
-    DirectionTask,
-    Follow,
-    FrameTask,
-    JointTask,
-    ManipulabilityTask,
-    OrientationTask,
-    PositionTask,
-    PostureTask,
-    RelativeTask,
-    Replay,
-    SingularValueTask,
-    Stack,
-    Task,
-    TwistCommand,
-    TwistTask,
-    pose_error,
-)
-from robust_ik.trajectory import Trajectory
 
-__version__ = _version("robust-ik")
+def _homes() -> dict[str, str]:
+    """The module that each public name is imported from."""
+    stub = _ast.parse(_Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
+    imports = [statement for statement in stub.body if isinstance(statement, _ast.ImportFrom)]
+    return {alias.name: str(each.module) for each in imports for alias in each.names}
 
-__all__ = [
-    "EDLS",
-    "ESRIM",
-    "SDLS",
-    "Box",
-    "ChanLawrence",
-    "Chiaverini",
-    "ChiaveriniFiltering",
-    "Circle",
-    "CollisionLimit",
-    "Cylinder",
-    "DHError",
-    "DHJoint",
-    "DHTable",
-    "DampedLeastSquares",
-    "DampingTask",
-    "DecoupledPriority",
-    "DirectionTask",
-    "DulebaAdditive",
-    "DulebaClamp",
-    "Explanation",
-    "FilteredInverse",
-    "Follow",
-    "FrameNotFoundError",
-    "FrameTask",
-    "HalfSpace",
-    "Halley",
-    "IgnoredPair",
-    "InputError",
-    "JParse",
-    "JParsePositionFirst",
-    "JParseWithGains",
-    "JointLimits",
-    "JointTask",
-    "KelmarKhosla",
-    "Keypoints",
-    "LevelResult",
-    "Limit",
-    "Limiter",
-    "Line",
-    "LoadError",
-    "MaciejewskiKlein",
-    "ManipulabilityTask",
-    "MoorePenrose",
-    "NakamuraHanafusa",
-    "NewtonResult",
-    "NewtonStatus",
-    "Obstacle",
-    "OrientationTask",
-    "OutAndBack",
-    "PairDistance",
-    "PositionTask",
-    "PostureTask",
-    "QuadraticProgram",
-    "RelativeTask",
-    "Replay",
-    "Resolution",
-    "Resolver",
-    "Robot",
-    "RobotNotFoundError",
-    "RobustIKError",
-    "RobustInverse",
-    "Saturation",
-    "Scaling",
-    "Scenario",
-    "Sigmoid",
-    "SingularValueFilter",
-    "SingularValueTask",
-    "SingularityAtlas",
-    "Sinusoid",
-    "Sphere",
-    "Stack",
-    "Status",
-    "Stratum",
-    "Sugihara",
-    "Task",
-    "TaskPriority",
-    "TaskReconstruction",
-    "TipError",
-    "Trajectory",
-    "TruncatedSVD",
-    "Turning",
-    "TwistCommand",
-    "TwistTask",
-    "UrdfError",
-    "UserDefinedAccuracy",
-    "VelocityController",
-    "Weighted",
-    "WeightedPriority",
-    "__version__",
-    "certificates",
-    "condition_number",
-    "evaluation",
-    "explain",
-    "find_singularities",
-    "inverses",
-    "load",
-    "load_scenario",
-    "lost_directions",
-    "manipulability",
-    "manipulability_gradient",
-    "measure_bounds",
-    "newton",
-    "null_projector",
-    "pose_error",
-    "read_dh",
-    "simulate",
-    "singular_value_gradient",
-    "singular_value_gradients",
-    "stability",
-    "svd",
-    "unavoidable_angle",
-]
+
+_HOMES = _homes()
+
+__all__ = ["__version__", *_HOMES]
+
+
+def __getattr__(name: str) -> object:
+    """A public name or a module of the package, imported now; from then on it is a plain attribute."""
+    if name == "__version__":
+        from importlib.metadata import version  # reads files, more than the rest of this module takes
+
+        value: object = version("robust-ik")
+    elif _HOMES.get(name, __name__) != __name__:
+        value = getattr(_import_module(_HOMES[name]), name)
+    elif name.startswith("_") or _find_spec(f"{__name__}.{name}") is None:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}", name=name, obj=_import_module(__name__))
+    else:
+        value = _import_module(f"{__name__}.{name}")
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    """What there is, imported already or not."""
+    return sorted({*globals(), *__all__})

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 import robust_ik as rik
 from robust_ik import InputError
 from robust_ik.inverses import DampedLeastSquares, JParse, MoorePenrose, RobustInverse
-from robust_ik.newton import NewtonStatus, newton
+from robust_ik.newton_steps import NewtonStatus, newton
 
 
 @pytest.fixture(scope="module")

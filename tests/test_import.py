@@ -1,0 +1,74 @@
+import ast
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import robust_ik as rik
+
+ROOT = Path(rik.__file__).parent
+HEAVY = {
+    "scipy", "qpsolvers", "numba", "llvmlite", "matplotlib", "meshcat", "tornado", "flint", "typer", "rich", "yourdfpy",
+    "trimesh", "lxml", "pinocchio", "coal",
+}  # fmt: skip
+
+
+def after(program: str) -> set[str]:
+    """The packages that are loaded in a process of its own once the program has run."""
+    program += "\nimport json, sys; print(json.dumps(sorted({name.split('.')[0] for name in sys.modules})))"
+    return set(json.loads(subprocess.run([sys.executable, "-c", program], capture_output=True, check=True).stdout))
+
+
+def test_importing_the_package_loads_none_of_what_it_needs():
+    assert not after("import robust_ik as rik; rik.__all__, dir(rik), rik.__version__") & HEAVY
+
+
+def test_inverses_and_resolvers_load_no_compiler_and_no_solver():
+    program = "import robust_ik as rik; rik.JParse(), rik.TaskPriority(limiter=rik.Scaling()), rik.explain, rik.svd"
+    assert not after(program) & (HEAVY - {"lxml"})
+
+
+def test_loading_a_robot_compiles_nothing_and_solves_nothing():
+    loaded = after("import robust_ik as rik; rik.load('panda')")
+    assert not loaded & {"numba", "llvmlite", "qpsolvers", "flint", "meshcat", "matplotlib", "typer", "rich"}
+
+
+def test_every_public_name_is_there():
+    for name in rik.__all__:
+        assert getattr(rik, name) is not None
+    assert set(rik.__all__) <= set(dir(rik))
+    assert len(set(rik.__all__)) == len(rik.__all__)
+
+
+def test_the_one_table_says_each_name_once_and_shows_it_to_type_checkers():
+    stub = ast.parse((ROOT / "__init__.pyi").read_text(encoding="utf-8"))
+    names = [alias for each in stub.body if isinstance(each, ast.ImportFrom) for alias in each.names]
+    assert all(alias.asname == alias.name for alias in names)  # without "as" they are private to the table
+    assert sorted(alias.name for alias in names) == sorted(set(rik.__all__) - {"__version__"})
+    assert (ROOT / "py.typed").exists()
+
+
+def test_no_public_name_is_hidden_by_a_module_of_that_name():
+    modules = {path.stem for path in ROOT.glob("*.py")} | {path.parent.name for path in ROOT.glob("*/__init__.py")}
+    assert {name for name in rik.__all__ if not hasattr(getattr(rik, name), "__path__")}.isdisjoint(modules)
+
+
+def test_modules_are_attributes_without_an_import_of_their_own():
+    assert after("import robust_ik as rik; rik.resolvers.TaskPriority, rik.certificates.certify, rik.errors.InputError")
+    assert rik.resolvers.TaskPriority is rik.TaskPriority
+
+
+def test_a_name_that_does_not_exist_is_an_attribute_error_and_no_import_error():
+    with pytest.raises(AttributeError, match="'robust_ik' has no attribute 'Pseudoinverse'"):
+        rik.Pseudoinverse  # noqa: B018
+    with pytest.raises(ImportError, match="cannot import name 'Pseudoinverse'"):
+        from robust_ik import Pseudoinverse  # noqa: F401
+    assert not hasattr(rik, "_private")
+
+
+def test_a_star_brings_the_public_names():
+    names: dict[str, object] = {}
+    exec("from robust_ik import *", names)
+    assert set(rik.__all__) <= set(names)
