@@ -110,5 +110,6 @@ from robust_ik.tasks import TwistCommand as TwistCommand
 from robust_ik.tasks import TwistTask as TwistTask
 from robust_ik.tasks import pose_error as pose_error
 from robust_ik.trajectory import Trajectory as Trajectory
+from robust_ik.warming import warmup as warmup
 
 __version__: str

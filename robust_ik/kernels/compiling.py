@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Callable
+import importlib
+import pkgutil
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
 from numba import types
+from numba.core.ccallback import CFunc
+from numba.core.compiler_lock import global_compiler_lock
+
+from robust_ik.kernels.store import Store
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -36,25 +42,33 @@ def filled(axes: int) -> Any:
 
 def kernel(*arguments: Any) -> Callable[[Function], Kernel]:
     """A function that Python calls, compiled when it is first needed for these types of arguments and for no others."""
-    return lambda function: Kernel(function, arguments)
+
+    def made(function: Function) -> Kernel:
+        KERNELS.append(Kernel(function, arguments))
+        return KERNELS[-1]
+
+    return made
 
 
 class Kernel:
-    """A function that is compiled, or read from the cache, when it is first needed.
+    """A function that is compiled, or read from disk, when it is first needed.
 
     Attributes:
+        name: What it is called in its module.
         arguments: The types of arguments it takes; others raise TypeError.
     """
 
     def __init__(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
-        self._function, self.arguments = function, arguments
+        self._function, self.name, self.arguments = function, function.__qualname__, arguments
         self._compiled: Callable[..., Any] | None = None
 
     @property
     def compiled(self) -> Callable[..., Any]:
-        """What to call in a loop: nothing is checked or compiled any more."""
+        """What to call in a loop: nothing is checked or compiled any more. The same for every thread."""
         if self._compiled is None:
-            self._compiled = compiled(self._function, self.arguments)
+            with global_compiler_lock:  # Numba's own: with a second lock two threads might wait for each other
+                if self._compiled is None:
+                    self._compiled = compiled(self._function, self.arguments)
         return self._compiled
 
     def __call__(self, *arguments: Any) -> Any:
@@ -62,34 +76,39 @@ class Kernel:
         return self.compiled(*arguments)
 
 
+KERNELS: list[Kernel] = []
+"""All that modules imported so far have declared."""
+
+
+def every_kernel() -> Sequence[Kernel]:
+    """All that the modules of this package declare."""
+    for module in pkgutil.iter_modules([str(Path(__file__).parent)]):
+        importlib.import_module(f"robust_ik.kernels.{module.name}")
+    return tuple(KERNELS)
+
+
 def compiled(function: Callable[..., Any], arguments: tuple[Any, ...]) -> Callable[..., Any]:
     """A dispatcher that knows these arguments and compiles no more."""
-    dispatcher = cached(numba.njit, function)
+    dispatcher = numba.njit(**OPTIONS)(function)
+    _keep(dispatcher, function)
     dispatcher.compile(arguments)
     dispatcher.disable_compile()
     return dispatcher  # type: ignore[no-any-return]
 
 
-def cached(compiler: Callable[..., Any], function: Callable[..., Any], *arguments: Any) -> Any:
-    """A compiler's result, with a cache on disk; without one where none can be written or the source is no file."""
-    try:
-        made = compiler(*arguments, cache=True, **OPTIONS)(function)
-    except RuntimeError:
-        return compiler(*arguments, **OPTIONS)(function)
-    _stamp(made)
+def _keep(made: Any, function: Callable[..., Any]) -> None:
+    """Has a dispatcher look on disk before it compiles, unless there is no source, or one that does not say all."""
+    if function.__closure__ is None:
+        with suppress(OSError):
+            made._cache = Store(function)
+
+
+def callback(function: Callable[..., Any], result: Any, *arguments: Any) -> Any:
+    """A function that compiled code calls by its address: a Numba CFunc, with `.address`."""
+    made = CFunc(function, (arguments, result), locals={}, options=dict(OPTIONS))
+    _keep(made, function)
+    made.compile()
     return made
-
-
-def _stamp(made: Any) -> None:
-    """Ties what is cached to the source of all kernels: Numba looks only at the file of the function itself."""
-    cache_file: Any = getattr(getattr(made, "_cache", None), "_cache_file", None)
-    if hasattr(cache_file, "_source_stamp"):
-        cache_file._source_stamp = (cache_file._source_stamp, _digest())
-
-
-def _digest() -> str:
-    sources = sorted(Path(__file__).parent.glob("*.py"))
-    return hashlib.sha256(b"".join(source.read_bytes() for source in sources)).hexdigest()
 
 
 def called(function: Function) -> Function:

@@ -1,0 +1,145 @@
+"""Compiled kernels on disk: what is compiled once is read from then on, by every process and from wherever it lies.
+
+In place of Numba's own cache, which looks at the file of the function alone, so that a kernel would outlive a change of
+the pieces it is made of; which cannot read from a folder that it may not write to, as in a container; and which lets an
+error in writing end the program. Here the name of a file says all that its contents depend on: there is no index to
+keep in step, processes that compile the same thing at once write the same file, and a copy elsewhere is as good.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import pickle
+import sys
+import uuid
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import numba
+
+FOLDER = Path(__file__).parent
+SUFFIX = ".kernel"
+KEPT = 8
+"""Files of one kernel that are left in a folder: versions, Pythons, processors."""
+SETTINGS = ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "BOUNDSCHECK", "DEBUGINFO_DEFAULT")
+"""Of Numba, by environment variables, which change the machine code; the processor's are in the target's own key."""
+_told: list[str] = []
+
+
+def _digest(*parts: bytes) -> bytes:
+    return hashlib.sha256(b"".join(hashlib.sha256(part).digest() for part in parts)).digest()
+
+
+SOURCES = _digest(*(source.read_bytes() for source in sorted(FOLDER.glob("*.py"))))
+"""Of all kernels, read once, when the first is imported: what is running may be older than what is there later on."""
+
+
+def places() -> Iterator[Path]:
+    """Where kernels may lie, best first: NUMBA_CACHE_DIR, beside the sources, the user's cache."""
+    if numba.config.CACHE_DIR:
+        yield Path(numba.config.CACHE_DIR) / "robust_ik"
+    yield FOLDER / "__pycache__"
+    from numba.misc.appdirs import AppDirs
+
+    user = Path(AppDirs("robust_ik", appauthor=False).user_cache_dir)
+    if user.is_absolute():  # it is not for a user without a home: then it would be made wherever the program runs
+        yield user
+
+
+class Store:
+    """Where the machine code of one function is kept: what a dispatcher asks its cache for, and no error from it.
+
+    Raises:
+        OSError: The function comes from no file.
+
+    Attributes:
+        cache_path: Unused: there are several.
+    """
+
+    cache_path = None
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        source = Path(function.__code__.co_filename)
+        self._name = f"{source.stem}.{function.__qualname__}".replace("<locals>", "_")
+        self._source = source.read_bytes()
+
+    def load_overload(self, signature: Any, target: Any) -> Any:
+        """The function as it was compiled, or None: what is missing, unreadable or damaged is compiled again."""
+        try:
+            from numba.core.compiler import CompileResult
+
+            target.refresh()
+            name = self._file(signature, target.codegen())
+            for content in filter(None, (_read(place / name) for place in places())):
+                return CompileResult._rebuild(target, *pickle.loads(content))
+        except Exception as error:
+            _tell(f"{self._name} is compiled again: {error!r}")
+        return None
+
+    def save_overload(self, signature: Any, compiled: Any) -> None:
+        """Keeps what was compiled in the first place where that is possible."""
+        try:
+            from numba.core.serialize import dumps
+
+            if compiled.library.has_dynamic_globals:
+                raise ValueError("it holds addresses")  # noqa: TRY301
+            content, name = dumps(compiled._reduce()), self._file(signature, compiled.codegen)
+            if not any(_write(place / name, content) for place in places()):
+                raise PermissionError("there is no folder to write to; NUMBA_CACHE_DIR may name one")  # noqa: TRY301
+        except Exception as error:
+            _tell(f"{self._name} is not kept, and compiled by every process: {error}")
+
+    def enable(self) -> None:
+        """Nothing."""
+
+    disable = flush = enable
+
+    def _file(self, signature: Any, codegen: Any) -> str:
+        """The name of the file, from all that the machine code depends on."""
+        python = f"{sys.implementation.cache_tag} {getattr(sys, 'abiflags', '')}"
+        settings = [getattr(numba.config, name, None) for name in SETTINGS]
+        key = repr((python, numba.__version__, codegen.magic_tuple(), str(signature), settings))
+        return f"{self._name}-{_digest(SOURCES, self._source, key.encode()).hex()[:24]}{SUFFIX}"
+
+
+def _read(path: Path) -> bytes | None:
+    """What was written, if it is there and whole: machine code that is not would end the process."""
+    try:
+        content = path.read_bytes()
+    except OSError:
+        return None
+    return content[32:] if content[:32] == _digest(content[32:]) else None
+
+
+def _write(path: Path, content: bytes) -> bool:
+    """Whether it could be written; nobody ever sees half of a file."""
+    part = path.with_name(f"{path.name}.{uuid.uuid4().hex}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            part.write_bytes(_digest(content) + content)
+            part.replace(path)
+        finally:
+            part.unlink(missing_ok=True)
+    except OSError:
+        return False
+    _prune(path)
+    return True
+
+
+def _prune(path: Path) -> None:
+    """Leaves the newest files of this kernel."""
+    with suppress(OSError):  # another process may do the same
+        others = path.parent.glob(f"{path.name.rpartition('-')[0]}-*{SUFFIX}")
+        for old in sorted(others, key=lambda each: each.stat().st_mtime, reverse=True)[KEPT:]:
+            old.unlink(missing_ok=True)
+
+
+def _tell(message: str) -> None:
+    """Once for each process: it is a matter of seconds, not of results."""
+    if not _told:
+        logging.getLogger("robust_ik").warning(message)
+    _told.append(message)

@@ -1,0 +1,271 @@
+"""How kernels are compiled and kept: what a person never sees unless it fails."""
+
+import logging
+import os
+import pkgutil
+import shutil
+import subprocess
+import sys
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from importlib import import_module
+from pathlib import Path
+
+import numba
+import numpy as np
+import pytest
+
+import robust_ik as rik
+from robust_ik import kernels, warming
+from robust_ik.kernels import compiling, store
+from robust_ik.kernels.compiling import FLOAT, Kernel, callback, every_kernel, filled
+
+PANDA = rik.load("panda")
+
+
+def double(x):
+    for i in range(len(x)):
+        x[i] *= 2
+
+
+def half(x):
+    return x / 2
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """The only place where kernels may lie."""
+    monkeypatch.setattr(store, "places", lambda: iter([tmp_path / "cache"]))
+    monkeypatch.setattr(store, "_told", [])
+    return tmp_path / "cache"
+
+
+def doubling():
+    """Whether a new kernel was read from disk; that it works is checked."""
+    kernel, x = Kernel(double, (filled(1),)), np.ones(3)
+    kernel(x)
+    np.testing.assert_array_equal(x, 2.0)
+    return bool(kernel.compiled.stats.cache_hits)
+
+
+# ---------------------------------------------------------------------------------------------------- kept
+def test_what_was_compiled_is_read_the_next_time(folder):
+    assert [doubling(), doubling()] == [False, True]
+    assert [file.suffix for file in folder.iterdir()] == [".kernel"]
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [lambda _: b"", lambda whole: whole[:100], lambda whole: whole[:-1] + b"?", lambda _: store._digest(b"no") + b"no"],
+    ids=["empty", "cut off", "one byte changed", "whole, and no kernel"],
+)
+def test_a_damaged_file_is_compiled_again_and_replaced(folder, damage):
+    doubling()
+    (file,) = folder.iterdir()
+    file.write_bytes(damage(file.read_bytes()))
+    assert [doubling(), doubling()] == [False, True]
+
+
+def test_with_no_folder_to_write_to_all_works_and_is_said_once(tmp_path, folder, monkeypatch, caplog):
+    (tmp_path / "file").touch()
+    monkeypatch.setattr(store, "places", lambda: iter([tmp_path / "file" / "below"]))
+    with caplog.at_level(logging.WARNING, "robust_ik"):
+        assert [doubling(), doubling()] == [False, False]
+    (record,) = caplog.records
+    assert "NUMBA_CACHE_DIR" in record.getMessage()
+
+
+def test_the_next_folder_is_taken_where_the_first_cannot_be_written(tmp_path, folder, monkeypatch):
+    (tmp_path / "file").touch()
+    monkeypatch.setattr(store, "places", lambda: iter([tmp_path / "file" / "below", folder]))
+    assert [doubling(), doubling()] == [False, True]
+
+
+def test_a_folder_that_may_only_be_read_is_read(folder, monkeypatch):
+    doubling()
+    monkeypatch.setattr(Path, "write_bytes", lambda *_: pytest.fail("nothing is written"))
+    assert doubling()
+
+
+@pytest.mark.parametrize("broken", [OSError(28, "No space left on device"), TypeError("cannot pickle"), MemoryError()])
+def test_an_error_in_writing_is_none_of_the_caller_s(folder, monkeypatch, broken):
+    def reduce(_):
+        raise broken
+
+    monkeypatch.setattr("numba.core.compiler.CompileResult._reduce", reduce)
+    assert [doubling(), doubling()] == [False, False]
+
+
+def test_half_a_file_is_never_left(folder, monkeypatch):
+    def full(path, content):
+        path.touch()
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    assert not doubling()
+    assert list(folder.iterdir()) == []
+
+
+def test_functions_that_cannot_be_told_apart_on_disk_are_not_kept(folder):
+    factor, space = 3.0, {}
+    exec("def from_no_file(x): x[0] = 3.0", space)
+
+    def closure(x):
+        x[0] = factor
+
+    for function in (closure, space["from_no_file"]):
+        x = np.ones(1)
+        Kernel(function, (filled(1),))(x)
+        assert x[0] == 3
+    assert not folder.exists()
+
+
+def test_old_files_of_a_kernel_go(tmp_path):
+    for number in range(12):
+        path = tmp_path / f"a.b-{number}.kernel"
+        store._write(path, b"")
+        os.utime(path, (number, number))
+    store._write(tmp_path / "a.c-0.kernel", b"")
+    store._prune(path)
+    assert {file.name for file in tmp_path.iterdir()} == {"a.c-0.kernel", *(f"a.b-{n}.kernel" for n in range(4, 12))}
+
+
+def test_the_name_of_a_file_tells_types_processors_and_settings_apart(monkeypatch):
+    class Target:
+        def __init__(self, *processor):
+            self.magic_tuple = lambda: processor
+
+    kept = store.Store(double)
+    names = [kept._file((FLOAT,), Target("x86", "zen")), kept._file((FLOAT, FLOAT), Target("x86", "zen"))]
+    names += [kept._file((FLOAT,), Target("x86", "skylake")), store.Store(half)._file((FLOAT,), Target("x86", "zen"))]
+    monkeypatch.setattr(numba.config, "BOUNDSCHECK", 1)
+    names += [kept._file((FLOAT,), Target("x86", "zen"))]
+    assert len(set(names)) == 5
+
+
+def test_kernels_lie_in_the_folder_that_is_named_or_beside_the_sources_or_with_the_user(monkeypatch, tmp_path):
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    named, beside, user = store.places()
+    assert named == tmp_path / "robust_ik"
+    assert beside == Path(kernels.__file__).parent / "__pycache__"
+    assert user.name == "robust_ik"
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="others do not ask for HOME")
+def test_without_a_home_nothing_is_written_where_the_program_happens_to_run(monkeypatch):
+    monkeypatch.setattr(os.path, "expanduser", lambda path: path)  # what it does for a user who has none
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    monkeypatch.setattr(numba.config, "CACHE_DIR", "")
+    assert list(store.places()) == [Path(kernels.__file__).parent / "__pycache__"]
+
+
+# ---------------------------------------------------------------------------------------------------- processes
+PROGRAM = """
+import numpy as np
+from robust_ik.kernels.outer import double
+x = np.ones(1)
+double(x)
+print(x[0], sum(double.compiled.stats.cache_hits.values()))
+"""
+
+
+@pytest.fixture
+def package(tmp_path):
+    """A copy of what compiles, with a kernel that is made of a piece from another file."""
+    below = tmp_path / "here" / "robust_ik" / "kernels"
+    below.mkdir(parents=True)
+    (below.parent / "__init__.py").touch()
+    for name in ("__init__.py", "compiling.py", "store.py"):
+        shutil.copy(Path(kernels.__file__).parent / name, below)
+    (below / "inner.py").write_text(
+        "from robust_ik.kernels.compiling import inlined\n@inlined\ndef twice(x):\n    return 2 * x\n"
+    )
+    (below / "outer.py").write_text(
+        "from robust_ik.kernels.compiling import filled, kernel\nfrom robust_ik.kernels.inner import twice\n"
+        "@kernel(filled(1))\ndef double(x):\n    x[0] = twice(x[0])\n"
+    )
+    return tmp_path / "here"
+
+
+def start(folder):
+    environment = {key: value for key, value in os.environ.items() if key != "NUMBA_CACHE_DIR"}
+    environment |= {"PYTHONPATH": str(folder), "PYTHONSAFEPATH": "1", "PYTHONDONTWRITEBYTECODE": "1"}
+    return subprocess.Popen([sys.executable, "-c", PROGRAM], env=environment, stdout=subprocess.PIPE, text=True)
+
+
+def answer(process):
+    value, hits = process.communicate()[0].split()
+    return float(value), bool(int(hits))
+
+
+def test_a_kernel_is_as_new_as_all_its_pieces_wherever_they_lie(package, tmp_path):
+    for value, _ in map(answer, [start(package), start(package)]):  # compiled by two at once
+        assert value == 2
+    assert answer(start(package)) == (2, True)
+    package = package.rename(tmp_path / "there")
+    assert answer(start(package)) == (2, True)
+    piece = package / "robust_ik" / "kernels" / "inner.py"
+    piece.write_text(piece.read_text().replace("2", "3"))
+    assert answer(start(package)) == (3, False)
+    assert answer(start(package)) == (3, True)
+
+
+# ---------------------------------------------------------------------------------------------------- called
+def test_other_types_are_refused_and_not_compiled(folder):
+    kernel = Kernel(double, (filled(1),))
+    kernel(np.ones(2))
+    for wrong in (np.ones(2, dtype=int), np.ones((2, 2)), np.ones(4)[::2], [1.0]):
+        with pytest.raises(TypeError):
+            kernel(wrong)
+    assert len(kernel.compiled.signatures) == 1
+
+
+def test_threads_that_need_a_kernel_at_once_get_the_same(folder, monkeypatch):
+    made, together = [], threading.Barrier(8)
+    real = compiling.compiled
+    monkeypatch.setattr(compiling, "compiled", lambda *given: made.append(real(*given)) or made[-1])
+    kernel = Kernel(double, (filled(1),))
+
+    def get(_):
+        together.wait()
+        return kernel.compiled
+
+    with ThreadPoolExecutor(8) as pool:
+        got = set(pool.map(get, range(8)))
+    assert got == set(made)
+    assert len(made) == 1
+
+
+def test_a_callback_is_called_by_its_address_and_kept(folder):
+    first, second = callback(half, FLOAT, FLOAT), callback(half, FLOAT, FLOAT)
+    assert first.ctypes(3.0) == second.ctypes(3.0) == 1.5
+    assert (first.cache_hits, second.cache_hits) == (0, 1)
+
+
+# ---------------------------------------------------------------------------------------------------- warmup
+def test_every_kernel_of_every_module_is_found():
+    modules = [import_module(f"robust_ik.kernels.{each.name}") for each in pkgutil.iter_modules(kernels.__path__)]
+    declared = {id(each) for module in modules for each in vars(module).values() if isinstance(each, Kernel)}
+    assert declared
+    assert declared <= {id(each) for each in every_kernel()}
+
+
+def test_warmup_compiles_all_kernels_and_tells_how_far_it_is(folder, monkeypatch):
+    few, told = [Kernel(double, (filled(1),)), Kernel(half, (FLOAT,))], []
+    monkeypatch.setattr(compiling, "every_kernel", lambda: few)
+    assert rik.warmup(progress=lambda *step: told.append(step)) > 0
+    assert told == [(0, 2), (1, 2), (2, 2)]
+    assert len(list(folder.iterdir())) == 2
+
+
+def test_after_the_warmup_of_a_robot_nothing_is_compiled_for_it(monkeypatch):
+    warming.warmup(PANDA)
+    monkeypatch.setattr(compiling, "compiled", lambda *_: pytest.fail("compiled"))
+    q = np.stack([PANDA.rest] * 20)
+    J = PANDA.jacobian(q)
+    for each in (PANDA.pose(q), PANDA.hessian(q), rik.svd(J).s, rik.JParse().solve(J, np.ones((20, 6)))):
+        assert np.isfinite(each).all()
+
+
+def test_a_whole_tree_can_be_warmed_up():
+    assert warming.warmup(rik.load("panda", whole_tree=True)) > 0
