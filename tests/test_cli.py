@@ -303,7 +303,7 @@ def test_compare_lists_what_there_is_and_runs_a_file_with_its_methods_or_others(
     ],
 )
 def test_what_cannot_be_compared_is_told_before_anything_runs(command, monkeypatch, arguments, message):
-    monkeypatch.setattr("robust_ik.cli.compare.simulate", lambda *given, **options: pytest.fail("it ran"))
+    monkeypatch.setattr("robust_ik.simulation.simulate", lambda *given, **options: pytest.fail("it ran"))
     status, _, err = command("compare", *arguments)
     assert status == 1
     assert message in err

@@ -35,6 +35,11 @@ def test_loading_a_robot_compiles_nothing_and_solves_nothing():
     assert not loaded & {"numba", "llvmlite", "qpsolvers", "flint", "meshcat", "matplotlib", "typer", "rich"}
 
 
+def test_the_command_is_there_before_the_mathematics():
+    loaded = after("from robust_ik.cli import app; assert app.registered_commands")
+    assert not loaded & (HEAVY - {"typer", "rich"} | {"numpy"})
+
+
 def test_every_public_name_is_there():
     for name in rik.__all__:
         assert getattr(rik, name) is not None

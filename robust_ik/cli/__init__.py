@@ -1,4 +1,4 @@
-"""The `robust-ik` command."""
+"""The `robust-ik` command: what a command needs is imported when it runs, so that help is there at once."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
-from robust_ik import __version__
+import robust_ik
 from robust_ik.cli import compare, demo, inverses, robots, singularities
 from robust_ik.cli.shared import console, errors
 from robust_ik.errors import RobustIKError
@@ -36,7 +36,7 @@ for command in COMMANDS:
 
 def _version(wanted: bool) -> None:
     if wanted:
-        console.print(f"robust-ik {__version__}")
+        console.print(f"robust-ik {robust_ik.__version__}")
         raise typer.Exit
 
 

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from robust_ik.errors import InputError, suggest
-from robust_ik.inverses import RobustInverse
+
+if TYPE_CHECKING:
+    from robust_ik.inverses import RobustInverse
 
 
 def inverse_class(name: str, classes: Iterable[type[RobustInverse]]) -> type[RobustInverse]:

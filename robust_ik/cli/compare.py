@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.markup import escape
 
-from robust_ik import report
 from robust_ik.cli.choice import inverse_class
 from robust_ik.cli.shared import console
 from robust_ik.errors import InputError
 from robust_ik.files import check_figure, check_writable
-from robust_ik.inverses import CLASSES
 from robust_ik.progress import progress_bar
-from robust_ik.scenario import Method, Scenario
-from robust_ik.scenarios import load_scenario, scenarios
-from robust_ik.simulation import simulate
-from robust_ik.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from robust_ik.scenario import Method, Scenario
+    from robust_ik.trajectory import Trajectory
 
 
 def compare(
@@ -37,6 +35,9 @@ def compare(
     ] = None,
 ) -> None:
     """Run a scenario with the methods it names, or with others, and print how they fared."""
+    from robust_ik import report
+    from robust_ik.scenarios import load_scenario, scenarios
+
     if scenario is None:
         console.print(report.scenarios({name: load_scenario(path).title for name, path in scenarios().items()}))
         return
@@ -57,6 +58,8 @@ def compare(
 
 def _chosen(scenario: Scenario, names: list[str] | None) -> dict[str, Method]:
     """Methods by label: those of the scenario, or those that are named."""
+    from robust_ik.inverses import CLASSES
+
     if not names:
         if not scenario.methods:
             raise InputError(f"{scenario.name} names no methods: name some with --methods")
@@ -66,6 +69,8 @@ def _chosen(scenario: Scenario, names: list[str] | None) -> dict[str, Method]:
 
 
 def _run(scenario: Scenario, methods: dict[str, Method]) -> dict[str, Trajectory]:
+    from robust_ik.simulation import simulate
+
     runs = {}
     for label, method in methods.items():
         with progress_bar(label) as told:

@@ -4,24 +4,23 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.markup import escape
-from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
-from robust_ik import report
 from robust_ik.cli.choice import inverse_class
 from robust_ik.cli.shared import PackageDirOption, RobotArgument, TipOption, console, errors, file_name
 from robust_ik.files import check_writable
-from robust_ik.inverses import CLASSES, RobustInverse, Weighted
-from robust_ik.loading import load
-from robust_ik.robot import Robot
-from robust_ik.scenarios import Stretch, stretch
-from robust_ik.trajectory import Trajectory
 
-RUNNABLE = [each for each in CLASSES if each is not Weighted]
-"""What can be run by name, with its default parameters: Weighted wraps another."""
+if TYPE_CHECKING:
+    from rich.progress import Progress, TaskID
+
+    from robust_ik.inverses import RobustInverse
+    from robust_ik.robot import Robot
+    from robust_ik.scenarios import Stretch
+    from robust_ik.trajectory import Trajectory
+
 SHOWN_FIRST = ("MoorePenrose", "DampedLeastSquares", "JParse")
 METHOD_HELP = f"An inverse that 'robust-ik inverses' lists, but Weighted. Repeatable; default {', '.join(SHOWN_FIRST)}."
 
@@ -40,6 +39,10 @@ def demo(
     package_dir: PackageDirOption = None,
 ) -> None:
     """Reach beyond the arm's reach and come back, with each method; write the animation as one HTML file."""
+    from robust_ik import report
+    from robust_ik.loading import load
+    from robust_ik.scenarios import stretch
+
     chosen = _methods(method)
     if output is not None:
         check_writable(output)
@@ -71,7 +74,10 @@ def _write_page(path: Path, runs: dict[str, Trajectory], scenario: Stretch) -> N
 
 
 def _methods(names: list[str] | None) -> dict[str, RobustInverse]:
-    chosen = [inverse_class(name, RUNNABLE) for name in names or SHOWN_FIRST]
+    from robust_ik.inverses import CLASSES, Weighted
+
+    runnable = [each for each in CLASSES if each is not Weighted]  # with default parameters: Weighted wraps another
+    chosen = [inverse_class(name, runnable) for name in names or SHOWN_FIRST]
     return {each.__name__: each() for each in chosen}
 
 
@@ -91,6 +97,8 @@ def _beyond(scenario: Stretch) -> float:
 
 
 def _run(scenario: Stretch, methods: dict[str, RobustInverse]) -> dict[str, Trajectory]:
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
     columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
     with Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal) as bar:
         runs = {}

@@ -8,11 +8,9 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
-from robust_ik import report
 from robust_ik.cli.choice import inverse_class
 from robust_ik.cli.shared import console
 from robust_ik.errors import InputError
-from robust_ik.inverses import CLASSES, SingularValueFilter
 
 WIDE = 150
 """Terminal columns from which tables show all they have."""
@@ -26,6 +24,9 @@ def inverses(
     ] = None,
 ) -> None:
     """List the robust inverses and what each promises; draw their gains."""
+    from robust_ik import report
+    from robust_ik.inverses import CLASSES, SingularValueFilter
+
     chosen = [inverse_class(name, CLASSES) for name in names] if names else list(CLASSES)
     if plot is not None:
         from robust_ik.display import plot_gains  # takes a second to import: only where it is needed

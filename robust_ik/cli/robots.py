@@ -3,30 +3,34 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import typer
 from rich.markup import escape
 
-from robust_ik import report
-from robust_ik.catalog import Entry, catalog
 from robust_ik.cli.shared import PackageDirOption, RobotArgument, TipOption, console
-from robust_ik.description import MOVING_TYPES
 from robust_ik.errors import InputError, RobustIKError, TipError
 from robust_ik.files import write_file
-from robust_ik.loading import load
-from robust_ik.urdf import read_urdf
+
+if TYPE_CHECKING:
+    from robust_ik.catalog import Entry
 
 
 def robots() -> None:
     """List the robots that can be loaded by name."""
+    from robust_ik import report
+    from robust_ik.catalog import catalog
+
     console.print(report.robots((entry, *_joints_and_tip(entry)) for entry in catalog().values()))
     console.print("Any .urdf path and any DH table (.toml) loads as well. 'robust-ik info NAME' tells more.")
 
 
 def _joints_and_tip(entry: Entry) -> tuple[str, str]:
     """How many joints, and which tip is moved by default; what went wrong where it cannot be read."""
+    from robust_ik.description import MOVING_TYPES
+    from robust_ik.loading import load
+    from robust_ik.urdf import read_urdf
+
     try:
         if entry.path.suffix == ".toml":
             robot = load(entry.path)
@@ -45,6 +49,9 @@ def _joints_and_tip(entry: Entry) -> tuple[str, str]:
 
 def info(robot: RobotArgument, tip: TipOption = None, package_dir: PackageDirOption = None) -> None:
     """Print the chain, limits, tips, σ and manipulability at rest, and the reach."""
+    from robust_ik import report
+    from robust_ik.loading import load
+
     arm = load(robot, tip, package_dirs=package_dir or ())
     console.print(f"[bold]{escape(arm.name)}[/]")
     console.print(report.facts(arm))
@@ -58,6 +65,10 @@ def export(
     package_dir: PackageDirOption = None,
 ) -> None:
     """Write a robot as URDF that other tools read; a DH table becomes links, joints and simple shapes."""
+    import numpy as np
+
+    from robust_ik.loading import load
+
     if output.exists() and not force:
         raise InputError(f"{str(output)!r} exists; --force overwrites it")
     arm = load(robot, package_dirs=package_dir or (), whole_tree=True)

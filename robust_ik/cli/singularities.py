@@ -11,7 +11,6 @@ from rich.markup import escape
 from robust_ik.cli.shared import PackageDirOption, RobotArgument, TipOption, console
 from robust_ik.errors import InputError
 from robust_ik.files import check_writable, read_file
-from robust_ik.loading import load
 from robust_ik.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -41,6 +40,7 @@ def singularities(
     package_dir: PackageDirOption = None,
 ) -> None:
     """Find every family of singular configurations: conditions, dimension, limits, what is lost, how sure that is."""
+    from robust_ik.loading import load
     from robust_ik.singularities import find_singularities  # takes half a second to import: only where it is needed
 
     if markdown and latex:
@@ -80,6 +80,7 @@ def certify(
 ) -> None:
     """Prove where an arm is singular, exactly and completely, and have the proofs checked."""
     from robust_ik import certificates  # brings computer algebra: only where it is needed
+    from robust_ik.loading import load
 
     if output is not None:
         check_writable(output)
