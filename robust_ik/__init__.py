@@ -34,6 +34,7 @@ from robust_ik.inverses import (
     DulebaAdditive,
     DulebaClamp,
     FilteredInverse,
+    GainFormula,
     Halley,
     JParse,
     JParsePositionFirst,
@@ -73,6 +74,7 @@ from robust_ik.scenario import Scenario
 from robust_ik.scenarios import load_scenario
 from robust_ik.simulation import simulate
 from robust_ik.singularities import SingularityAtlas, Stratum, find_singularities
+from robust_ik.stepper import Stepper
 from robust_ik.tasks import (
     DampingTask,
     DirectionTask,
@@ -121,6 +123,7 @@ __all__ = [
     "Follow",
     "FrameNotFoundError",
     "FrameTask",
+    "GainFormula",
     "HalfSpace",
     "Halley",
     "IgnoredPair",
@@ -169,6 +172,7 @@ __all__ = [
     "Sphere",
     "Stack",
     "Status",
+    "Stepper",
     "Stratum",
     "Sugihara",
     "Task",

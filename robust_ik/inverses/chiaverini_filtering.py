@@ -16,6 +16,7 @@ from robust_ik.inverses.chiaverini import largest_fading_gain
 from robust_ik.inverses.gain_formula import GainFormula
 from robust_ik.inverses.gain_pieces import Quantity, damped, fading
 from robust_ik.inverses.pieces import damped_gain, fading_damping
+from robust_ik.kernels.choice import where
 
 
 @dataclass(frozen=True)
@@ -74,7 +75,7 @@ class ChiaveriniFiltering(GainFormula):
         s: Quantity, largest: Quantity, smallest: Quantity, product: Quantity, place: Quantity, p: Any
     ) -> Quantity:
         """σ/(σ² + β² + λ²), λ being that of σ itself, or for `multi=False` 0 but for the last one."""
-        own = np.where((p[3] > 0) | (place == 0), fading(s, p[0], p[1]), 0.0)
+        own = where((p[3] > 0) | (place == 0), fading(s, p[0], p[1]), 0.0)
         return damped(s, own + p[2] ** 2)
 
     @property

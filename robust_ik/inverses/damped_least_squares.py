@@ -56,6 +56,11 @@ class DampedLeastSquares(GainFormula):
         return (self._root,)
 
     @property
+    def squared_damping(self) -> float:
+        """λ²."""
+        return self.damping**2 if self.squared else self.damping
+
+    @property
     def _root(self) -> float:
         """The λ of λ²."""
         return self.damping if self.squared else math.sqrt(self.damping)

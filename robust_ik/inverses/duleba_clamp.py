@@ -14,6 +14,7 @@ from robust_ik.inverses.base import Card, Jump
 from robust_ik.inverses.gain_formula import GainFormula
 from robust_ik.inverses.gain_pieces import Quantity, kept_or_zero
 from robust_ik.inverses.pieces import check_level
+from robust_ik.kernels.choice import where
 
 
 @dataclass(frozen=True)
@@ -77,7 +78,7 @@ class DulebaClamp(GainFormula):
         s: Quantity, largest: Quantity, smallest: Quantity, product: Quantity, place: Quantity, p: Any
     ) -> Quantity:
         """1/max(σ, d_min), and 0 at σ = 0."""
-        raised = np.where(s >= p[0] + p[2] * largest, s, p[1] + p[2] * largest)
+        raised = where(s >= p[0] + p[2] * largest, s, p[1] + p[2] * largest)
         return kept_or_zero(s > 0, raised)
 
     @property

@@ -16,6 +16,7 @@ from robust_ik.inverses.base import Card
 from robust_ik.inverses.gain_formula import GainFormula
 from robust_ik.inverses.gain_pieces import Quantity, kept_or_zero
 from robust_ik.inverses.pieces import falling_zero
+from robust_ik.kernels.choice import where
 from robust_ik.linalg import svd
 from robust_ik.problem import TaskEquation
 
@@ -83,7 +84,7 @@ class EDLS(GainFormula):
         """d(σ)/σ, and 0 at σ = 0."""
         # An exponent ≤ 0 is d ≥ 0; the limit on a raw one only keeps it from overflowing.
         share = -np.expm1(np.minimum(-p[0] * (s - p[1]), p[2]))
-        return np.where(s > 0, share, 0.0) * kept_or_zero(s > 0, s)
+        return where(s > 0, share, 0.0) * kept_or_zero(s > 0, s)
 
     @property
     def parameters(self) -> tuple[float, ...]:

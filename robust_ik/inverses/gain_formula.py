@@ -16,9 +16,9 @@ from robust_ik.inverses.gain_pieces import Quantity
 class GainFormula(SingularValueFilter):
     """A filter whose φᵢ depends on σᵢ, on σ₁, on the smallest σ, on Π σ and on i.
 
-    `formula` is called with arrays, and compiled for numbers by `Stepper`: it may use arithmetic, comparisons, `&`, and
-    NumPy's functions of one entry (`np.where`, `np.minimum`, `np.hypot`, `np.exp`, ...), and functions of its module
-    that do the same; no `if`, no `self`.
+    `formula` is called with arrays, and compiled for numbers by `Stepper`: it may use arithmetic, comparisons, `&`,
+    `inverses.where` in place of `np.where` and `if`, NumPy's functions of one entry (`np.minimum`, `np.hypot`, ...),
+    and plain functions that do the same; no `self`.
     """
 
     @staticmethod

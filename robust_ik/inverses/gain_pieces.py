@@ -6,19 +6,21 @@ from typing import Any
 
 import numpy as np
 
+from robust_ik.kernels.choice import where
+
 Quantity = Any
 """An array, or in compiled code a number."""
 
 
 def kept_or_zero(kept: Quantity, s: Quantity) -> Quantity:
     """1/σ where it is kept, else 0."""
-    return np.where(kept, 1.0 / np.where(kept, s, 1.0), 0.0)
+    return where(kept, 1.0 / where(kept, s, 1.0), 0.0)
 
 
 def damped(s: Quantity, squared_damping: Quantity) -> Quantity:
     """σ/(σ² + λ²), and 0 at σ = 0; exactly 1/σ where λ² = 0. No square can overflow or underflow."""
     length = np.hypot(s, np.sqrt(squared_damping))
-    length = np.where(s > 0, length, 1.0)
+    length = where(s > 0, length, 1.0)
     return s / length / length
 
 

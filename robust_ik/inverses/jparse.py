@@ -13,6 +13,7 @@ from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card, Jump
 from robust_ik.inverses.gain_formula import GainFormula
 from robust_ik.inverses.gain_pieces import Quantity
+from robust_ik.kernels.choice import where
 
 
 @dataclass(frozen=True)
@@ -98,9 +99,9 @@ class JParse(GainFormula):
         s: Quantity, largest: Quantity, smallest: Quantity, product: Quantity, place: Quantity, p: Any
     ) -> Quantity:
         """1/σ above γσ₁, p (σ/(γσ₁))^(1/e)/(γσ₁) below."""
-        level = np.maximum(s, np.where(largest > 0, p[0] * largest, 1.0))
+        level = np.maximum(s, where(largest > 0, p[0] * largest, 1.0))
         # Dividing twice keeps a tiny threshold from underflowing when squared.
-        return np.where(s > p[0] * largest, 1.0, p[1]) * (s / level) ** p[2] / level
+        return where(s > p[0] * largest, 1.0, p[1]) * (s / level) ** p[2] / level
 
     @property
     def parameters(self) -> tuple[float, ...]:

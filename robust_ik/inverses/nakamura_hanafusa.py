@@ -14,6 +14,7 @@ from robust_ik.inverses.base import LARGE_SIGMA, Card
 from robust_ik.inverses.gain_formula import GainFormula
 from robust_ik.inverses.gain_pieces import Quantity, damped
 from robust_ik.inverses.pieces import falling_zero
+from robust_ik.kernels.choice import where
 
 
 @dataclass(frozen=True)
@@ -121,4 +122,4 @@ class NakamuraHanafusa(GainFormula):
 def added(ratio: Quantity, damping: Quantity, squared: Quantity) -> Quantity:
     """What is added to σ² where w is that fraction of w₀."""
     fallen = damping * (1.0 - ratio) ** 2
-    return np.where(squared > 0, fallen**2, fallen)
+    return where(squared > 0, fallen**2, fallen)
