@@ -7,6 +7,7 @@ LOCAL_WORLD_ALIGNED: the tool's point, the world's axes. Arrays take leading bat
 from importlib.metadata import version as _version
 
 from robust_ik import certificates, evaluation, inverses, stability
+from robust_ik.comparing import compare
 from robust_ik.controller import VelocityController
 from robust_ik.derivatives import manipulability_gradient, singular_value_gradient, singular_value_gradients
 from robust_ik.description import Box, Cylinder, Sphere
@@ -95,6 +96,7 @@ from robust_ik.tasks import (
     pose_error,
 )
 from robust_ik.trajectory import Trajectory
+from robust_ik.workspace import Cells, WorkspaceMap, map_workspace
 
 __version__ = _version("robust-ik")
 
@@ -103,6 +105,7 @@ __all__ = [
     "ESRIM",
     "SDLS",
     "Box",
+    "Cells",
     "ChanLawrence",
     "Chiaverini",
     "ChiaveriniFiltering",
@@ -189,8 +192,10 @@ __all__ = [
     "VelocityController",
     "Weighted",
     "WeightedPriority",
+    "WorkspaceMap",
     "__version__",
     "certificates",
+    "compare",
     "condition_number",
     "evaluation",
     "explain",
@@ -201,6 +206,7 @@ __all__ = [
     "lost_directions",
     "manipulability",
     "manipulability_gradient",
+    "map_workspace",
     "measure_bounds",
     "newton",
     "null_projector",

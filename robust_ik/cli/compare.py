@@ -8,16 +8,16 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
-from robust_ik import report
+from robust_ik import comparing, report
 from robust_ik.cli.choice import inverse_class
-from robust_ik.cli.shared import console
+from robust_ik.cli.shared import WorkersOption, console
 from robust_ik.errors import InputError
 from robust_ik.files import check_figure, check_writable
 from robust_ik.inverses import CLASSES
 from robust_ik.progress import progress_bar
 from robust_ik.scenario import Method, Scenario
 from robust_ik.scenarios import load_scenario, scenarios
-from robust_ik.simulation import simulate
+from robust_ik.sweeping import process_pool
 from robust_ik.trajectory import Trajectory
 
 
@@ -35,6 +35,7 @@ def compare(
     plot: Annotated[
         Path | None, typer.Option("--plot", metavar="FILE", help="Draw error, joint speed and σ over time.")
     ] = None,
+    workers: WorkersOption = 1,
 ) -> None:
     """Run a scenario with the methods it names, or with others, and print how they fared."""
     if scenario is None:
@@ -45,7 +46,9 @@ def compare(
     if plot is not None:
         check_figure(plot)
     chosen = load_scenario(scenario)
-    runs = _run(chosen, _chosen(chosen, methods))
+    picked = _chosen(chosen, methods)
+    with process_pool(workers) as pool, progress_bar(f"comparing {len(picked)} methods") as told:
+        runs = comparing.compare(chosen, picked, executor=pool, progress=told)[chosen.name]
     console.print(f"[bold]{escape(chosen.title or chosen.name)}[/]")
     for text in (chosen.source, chosen.note):
         if text:
@@ -63,14 +66,6 @@ def _chosen(scenario: Scenario, names: list[str] | None) -> dict[str, Method]:
         return dict(scenario.methods)
     known = dict(scenario.methods)
     return {name: known[name] if name in known else inverse_class(name, CLASSES)() for name in names}
-
-
-def _run(scenario: Scenario, methods: dict[str, Method]) -> dict[str, Trajectory]:
-    runs = {}
-    for label, method in methods.items():
-        with progress_bar(label) as told:
-            runs[label] = simulate(scenario, method, progress=told)
-    return runs
 
 
 def _draw(scenario: Scenario, runs: dict[str, Trajectory], html: Path | None, plot: Path | None) -> None:
