@@ -147,7 +147,7 @@ def _half_compiled(
     back = None if joints is None else np.linalg.inv(joints)
 
     def beside(q: Array, twist: Array, secondary: Array | None, out: Array) -> int:
-        if not isinstance(out, np.ndarray) or out.dtype != float or out.shape != (n,):
+        if type(out) is not np.ndarray or out.dtype != float or out.shape != (n,) or not out.flags.c_contiguous:
             raise TypeError
         if secondary is not None and np.shape(secondary) != (n,):
             raise TypeError
