@@ -4,6 +4,7 @@ from robust_ik import certificates as certificates
 from robust_ik import evaluation as evaluation
 from robust_ik import inverses as inverses
 from robust_ik import stability as stability
+from robust_ik.comparing import compare as compare
 from robust_ik.controller import VelocityController as VelocityController
 from robust_ik.derivatives import manipulability_gradient as manipulability_gradient
 from robust_ik.derivatives import singular_value_gradient as singular_value_gradient
@@ -35,6 +36,7 @@ from robust_ik.inverses import DampedLeastSquares as DampedLeastSquares
 from robust_ik.inverses import DulebaAdditive as DulebaAdditive
 from robust_ik.inverses import DulebaClamp as DulebaClamp
 from robust_ik.inverses import FilteredInverse as FilteredInverse
+from robust_ik.inverses import GainFormula as GainFormula
 from robust_ik.inverses import Halley as Halley
 from robust_ik.inverses import JParse as JParse
 from robust_ik.inverses import JParsePositionFirst as JParsePositionFirst
@@ -92,6 +94,7 @@ from robust_ik.simulation import simulate as simulate
 from robust_ik.singularities import SingularityAtlas as SingularityAtlas
 from robust_ik.singularities import Stratum as Stratum
 from robust_ik.singularities import find_singularities as find_singularities
+from robust_ik.stepper import Stepper as Stepper
 from robust_ik.tasks import DampingTask as DampingTask
 from robust_ik.tasks import DirectionTask as DirectionTask
 from robust_ik.tasks import Follow as Follow
@@ -111,5 +114,8 @@ from robust_ik.tasks import TwistTask as TwistTask
 from robust_ik.tasks import pose_error as pose_error
 from robust_ik.trajectory import Trajectory as Trajectory
 from robust_ik.warming import warmup as warmup
+from robust_ik.workspace import Cells as Cells
+from robust_ik.workspace import WorkspaceMap as WorkspaceMap
+from robust_ik.workspace import map_workspace as map_workspace
 
 __version__: str

@@ -86,13 +86,13 @@ class Chain:
         """(..., nq) → (..., 6, n)."""
         from robust_ik.kernels.kinematics import jacobians
 
-        return self._each(jacobians, q, (6, self.n), _number(reference))
+        return self._each(jacobians, q, (6, self.n), number_of(reference))
 
     def hessians(self, q: Array, reference: str) -> Array:
         """∂J_ij/∂q_k, (..., nq) → (..., 6, n, n)."""
         from robust_ik.kernels.kinematics import hessians
 
-        return self._each(hessians, q, (6, self.n, self.n), _number(reference))
+        return self._each(hessians, q, (6, self.n, self.n), number_of(reference))
 
     def _each(self, kernel: Callable[..., Any], q: Array, shape: tuple[int, ...], *options: int) -> Array:
         result = np.empty((*q.shape[:-1], *shape))
@@ -101,7 +101,7 @@ class Chain:
         return result
 
 
-def _number(reference: str) -> int:
+def number_of(reference: str) -> int:
     """By which kernels know a reference.
 
     Raises:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import Any
 
 from numpy.typing import ArrayLike
 
@@ -61,6 +62,13 @@ class Scenario:
             if not isinstance(method, (Resolver, RobustInverse)):
                 raise InputError(f"method {label!r} must be an inverse or a resolver, got {method!r}")
         object.__setattr__(self, "methods", MappingProxyType(dict(self.methods)))
+
+    def __getstate__(self) -> dict[str, Any]:
+        return vars(self) | {"methods": dict(self.methods)}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+        self.__post_init__()
 
     def method(self, label: str) -> Method:
         """The method of that label.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,6 +68,13 @@ class Trajectory:
     seconds_per_step: float
     final_q: Array
     final_error: Array
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        # Arrays that come from another process can be written to.
+        for value in state.values():
+            if isinstance(value, np.ndarray):
+                value.setflags(write=False)
+        vars(self).update(state)
 
     @property
     def largest_speed(self) -> float:

@@ -3,31 +3,37 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 
-import numpy as np
-
-from robust_ik.linalg import singular_values, svd
+from robust_ik.inverses import CLASSES, GainFormula
 from robust_ik.progress import Told
 from robust_ik.robot import Robot
+
+SMALLEST = 8
+"""Kernels for so many joints, rows and columns are the smallest there are."""
 
 
 def warmup(robot: Robot | None = None, *, progress: Told | None = None) -> float:
     """Compiles whatever is compiled, or reads it from disk, where a machine keeps it from the first time on.
 
-    The first time on a machine takes a few seconds for each kernel, later ones a second for all of them, most of it to
-    import Numba. Where kernels are kept, and what to do where nothing can be written: docs/speed.md.
+    The first time on a machine takes about a minute, later ones a second, most of it to import Numba. Where compiled
+    code is kept, and what to do where nothing can be written: docs/speed.md.
 
     Args:
-        robot: Compile only what this robot needs, a part of all; by default everything, for any robot.
-        progress: Called with (kernels done, kernels in all); with a robot, with jobs done.
+        robot: Leave out what is for robots of another size; by default everything, for any robot.
+        progress: Called with (done, in all): kernels and formulas of gains.
 
     Returns:
         The seconds that it took.
     """
+    from robust_ik.kernels.compiling import every_kernel  # imports Numba, half a second: only where it is needed
+    from robust_ik.kernels.formulas import address_of
+
     began = time.perf_counter()
-    jobs = _kernels() if robot is None else _jobs(robot)
+    kernels = [each for each in every_kernel() if robot is None or _serves(each.most, robot.n)]
+    jobs: list[Callable[[], object]] = [partial(getattr, each, "compiled") for each in kernels]
+    jobs += [partial(address_of, each.formula) for each in CLASSES if issubclass(each, GainFormula)]
     for done, job in enumerate(jobs):
         if progress is not None:
             progress(done, len(jobs))
@@ -37,20 +43,6 @@ def warmup(robot: Robot | None = None, *, progress: Told | None = None) -> float
     return time.perf_counter() - began
 
 
-def _kernels() -> Sequence[Callable[[], object]]:
-    from robust_ik.kernels.compiling import every_kernel  # imports Numba, half a second: only where it is needed
-
-    return [partial(getattr, each, "compiled") for each in every_kernel()]
-
-
-def _jobs(robot: Robot) -> Sequence[Callable[[], object]]:
-    """What is asked of a robot, once each."""
-    frame = robot.tip or robot.description.leaves[0]
-    wide, small = np.zeros((6, robot.n)), np.eye(6)  # there are kernels for matrices of different sizes
-    return (
-        lambda: robot.pose(robot.rest, frame),
-        lambda: robot.jacobian(robot.rest, frame),
-        lambda: robot.hessian(robot.rest, frame),
-        lambda: (svd(wide), singular_values(wide)),
-        lambda: (svd(small), singular_values(small)),
-    )
+def _serves(most: int | None, n: int) -> bool:
+    """Whether a kernel is for a robot of n joints, or for the matrices of six rows and less that every robot has."""
+    return most is None or most <= SMALLEST or (n > SMALLEST and n <= most)

@@ -217,9 +217,11 @@ def test_singularities_can_be_printed_for_papers_and_without_proofs(command):
     status, out, _ = command("singularities", "planar_2r", "--starts", "50", "--latex", "--no-certify")
     assert status == 0
     assert out.startswith(r"\begin{tabular}")
-    _, out, _ = command("singularities", "planar_2r", "--starts", "50", "--markdown", "--corank", "1", "--no-certify")
+    options = ("planar_2r", "--starts", "50", "--markdown", "--corank", "1", "--no-certify")
+    _, out, _ = command("singularities", *options)
     assert "| 1 | q2 ∈ {0, π} |" in out
     assert "probability below" in out
+    assert command("singularities", *options, "--workers", "2")[1] == out
 
 
 def test_certify_proves_every_corank_and_verify_checks_them_in_any_file(command, tmp_path):
@@ -287,7 +289,7 @@ def test_compare_lists_what_there_is_and_runs_a_file_with_its_methods_or_others(
     assert re.search(r"calm \[a\] +\d", out)
     assert (tmp_path / "runs.html").stat().st_size > 100_000
     assert (tmp_path / "runs.png").read_bytes().startswith(b"\x89PNG")
-    _, out, _ = command("compare", "mine.toml", "--methods", "sdls", "--methods", "calm [a]")
+    _, out, _ = command("compare", "mine.toml", "--methods", "sdls", "--methods", "calm [a]", "--workers", "2")
     assert re.search(r"sdls +\d", out)
     assert re.search(r"calm \[a\] +\d", out)
 
@@ -300,10 +302,11 @@ def test_compare_lists_what_there_is_and_runs_a_file_with_its_methods_or_others(
         (("xarm7_line", "--methods", "magic"), "no method 'magic'"),
         (("xarm7_line", "--plot", "figure.txt"), "one of .png, .svg, .pdf"),
         (("xarm7_line", "--html", "."), "is a folder"),
+        (("xarm7_line", "--workers", "0"), "workers must be a whole number of at least 1, got 0"),
     ],
 )
 def test_what_cannot_be_compared_is_told_before_anything_runs(command, monkeypatch, arguments, message):
-    monkeypatch.setattr("robust_ik.simulation.simulate", lambda *given, **options: pytest.fail("it ran"))
+    monkeypatch.setattr("robust_ik.comparing.compare", lambda *given, **options: pytest.fail("it ran"))
     status, _, err = command("compare", *arguments)
     assert status == 1
     assert message in err

@@ -17,7 +17,7 @@ import pytest
 
 import robust_ik as rik
 from robust_ik import kernels, warming
-from robust_ik.kernels import compiling, store
+from robust_ik.kernels import compiling, formulas, store
 from robust_ik.kernels.compiling import FLOAT, Kernel, callback, every_kernel, filled
 
 PANDA = rik.load("panda")
@@ -118,6 +118,22 @@ def test_functions_that_cannot_be_told_apart_on_disk_are_not_kept(folder):
         Kernel(function, (filled(1),))(x)
         assert x[0] == 3
     assert not folder.exists()
+
+
+FACTOR = 3.0
+
+
+def scaled(x):
+    return FACTOR * half(x)
+
+
+def test_the_functions_and_numbers_that_a_function_names_are_part_of_it(monkeypatch):
+    names = {store.Store(scaled)._source}
+    monkeypatch.setitem(globals(), "FACTOR", 4.0)
+    names |= {store.Store(scaled)._source}
+    monkeypatch.setitem(globals(), "half", rik.load)
+    names |= {store.Store(scaled)._source}
+    assert len(names) == 3
 
 
 def test_old_files_of_a_kernel_go(tmp_path):
@@ -237,7 +253,7 @@ def test_threads_that_need_a_kernel_at_once_get_the_same(folder, monkeypatch):
 
 
 def test_a_callback_is_called_by_its_address_and_kept(folder):
-    first, second = callback(half, FLOAT, FLOAT), callback(half, FLOAT, FLOAT)
+    first, second = (callback(half, FLOAT(FLOAT)) for _ in range(2))
     assert first.ctypes(3.0) == second.ctypes(3.0) == 1.5
     assert (first.cache_hits, second.cache_hits) == (0, 1)
 
@@ -253,9 +269,11 @@ def test_every_kernel_of_every_module_is_found():
 def test_warmup_compiles_all_kernels_and_tells_how_far_it_is(folder, monkeypatch):
     few, told = [Kernel(double, (filled(1),)), Kernel(half, (FLOAT,))], []
     monkeypatch.setattr(compiling, "every_kernel", lambda: few)
+    monkeypatch.setattr(warming, "CLASSES", (rik.JParse, rik.SDLS))
+    monkeypatch.setattr(formulas, "_callbacks", {})
     assert rik.warmup(progress=lambda *step: told.append(step)) > 0
-    assert told == [(0, 2), (1, 2), (2, 2)]
-    assert len(list(folder.iterdir())) == 2
+    assert told == [(0, 3), (1, 3), (2, 3), (3, 3)]
+    assert len(list(folder.iterdir())) == 3  # of what SDLS does nothing is compiled
 
 
 def test_after_the_warmup_of_a_robot_nothing_is_compiled_for_it(monkeypatch):
@@ -263,9 +281,20 @@ def test_after_the_warmup_of_a_robot_nothing_is_compiled_for_it(monkeypatch):
     monkeypatch.setattr(compiling, "compiled", lambda *_: pytest.fail("compiled"))
     q = np.stack([PANDA.rest] * 20)
     J = PANDA.jacobian(q)
-    for each in (PANDA.pose(q), PANDA.hessian(q), rik.svd(J).s, rik.JParse().solve(J, np.ones((20, 6)))):
+    stepper = rik.Stepper(PANDA, rik.JParse())
+    assert stepper.compiled
+    for each in (
+        stepper.step(PANDA.rest, np.ones(6)),
+        PANDA.pose(q),
+        PANDA.hessian(q),
+        rik.svd(J).s,
+        rik.JParse().solve(J, np.ones((20, 6))),
+    ):
         assert np.isfinite(each).all()
 
 
-def test_a_whole_tree_can_be_warmed_up():
-    assert warming.warmup(rik.load("panda", whole_tree=True)) > 0
+@pytest.mark.parametrize("n, sizes", [(2, {8}), (8, {8}), (9, {8, 16}), (16, {8, 16}), (17, {8})])
+def test_only_kernels_of_other_sizes_are_left_out(n, sizes):
+    assert {most for most in (8, 16) if warming._serves(most, n)} == sizes
+    assert warming._serves(None, n)
+    assert {each.most for each in every_kernel()} == {None, 8, 16}

@@ -14,7 +14,8 @@ from robust_ik.linalg import svd
 from robust_ik.singularities import proving
 from robust_ik.singularities.atlas import SingularityAtlas
 from robust_ik.singularities.confidence import Status
-from robust_ik.singularities.work import judged, work_of
+from robust_ik.singularities.coranks import judged
+from robust_ik.singularities.work import work_of
 from robust_ik.urdf import parse_urdf
 
 CERTIFIED = ("pa10", "panda", "puma560", "ur5", "duleba_3r", "planar_3r", "xarm7", "talos_arm", "kinova")

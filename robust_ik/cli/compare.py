@@ -9,7 +9,7 @@ import typer
 from rich.markup import escape
 
 from robust_ik.cli.choice import inverse_class
-from robust_ik.cli.shared import console
+from robust_ik.cli.shared import WorkersOption, console
 from robust_ik.errors import InputError
 from robust_ik.files import check_figure, check_writable
 from robust_ik.progress import progress_bar
@@ -33,10 +33,12 @@ def compare(
     plot: Annotated[
         Path | None, typer.Option("--plot", metavar="FILE", help="Draw error, joint speed and σ over time.")
     ] = None,
+    workers: WorkersOption = 1,
 ) -> None:
     """Run a scenario with the methods it names, or with others, and print how they fared."""
-    from robust_ik import report
+    from robust_ik import comparing, report
     from robust_ik.scenarios import load_scenario, scenarios
+    from robust_ik.sweeping import process_pool
 
     if scenario is None:
         console.print(report.scenarios({name: load_scenario(path).title for name, path in scenarios().items()}))
@@ -46,7 +48,9 @@ def compare(
     if plot is not None:
         check_figure(plot)
     chosen = load_scenario(scenario)
-    runs = _run(chosen, _chosen(chosen, methods))
+    picked = _chosen(chosen, methods)
+    with process_pool(workers) as pool, progress_bar(f"comparing {len(picked)} methods") as told:
+        runs = comparing.compare(chosen, picked, executor=pool, progress=told)[chosen.name]
     console.print(f"[bold]{escape(chosen.title or chosen.name)}[/]")
     for text in (chosen.source, chosen.note):
         if text:
@@ -66,16 +70,6 @@ def _chosen(scenario: Scenario, names: list[str] | None) -> dict[str, Method]:
         return dict(scenario.methods)
     known = dict(scenario.methods)
     return {name: known[name] if name in known else inverse_class(name, CLASSES)() for name in names}
-
-
-def _run(scenario: Scenario, methods: dict[str, Method]) -> dict[str, Trajectory]:
-    from robust_ik.simulation import simulate
-
-    runs = {}
-    for label, method in methods.items():
-        with progress_bar(label) as told:
-            runs[label] = simulate(scenario, method, progress=told)
-    return runs
 
 
 def _draw(scenario: Scenario, runs: dict[str, Trajectory], html: Path | None, plot: Path | None) -> None:

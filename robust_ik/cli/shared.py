@@ -23,6 +23,9 @@ PackageDirOption = Annotated[
     list[Path] | None,
     typer.Option("--package-dir", metavar="DIR", help="Where packages lie that mesh paths name. Repeatable."),
 ]
+WorkersOption = Annotated[
+    int, typer.Option("--workers", metavar="N", help="Processes that share the work. Results do not depend on it.")
+]
 
 
 def file_name(name: str) -> str:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.markup import escape
 
-from robust_ik.cli.shared import PackageDirOption, RobotArgument, TipOption, console
+from robust_ik.cli.shared import PackageDirOption, RobotArgument, TipOption, WorkersOption, console
 from robust_ik.errors import InputError
 from robust_ik.files import check_writable, read_file
 from robust_ik.progress import progress_bar
@@ -37,11 +37,13 @@ def singularities(
     html: Annotated[
         Path | None, typer.Option("--html", metavar="FILE", help="Write a page with every family in 3D and its curves.")
     ] = None,
+    workers: WorkersOption = 1,
     package_dir: PackageDirOption = None,
 ) -> None:
     """Find every family of singular configurations: conditions, dimension, limits, what is lost, how sure that is."""
     from robust_ik.loading import load
     from robust_ik.singularities import find_singularities  # takes half a second to import: only where it is needed
+    from robust_ik.sweeping import process_pool
 
     if markdown and latex:
         raise InputError("choose one of --markdown and --latex")
@@ -51,8 +53,10 @@ def singularities(
         if path is not None:
             check_writable(path)
     arm = load(robot, tip, package_dirs=package_dir or ())
-    with progress_bar(f"searching {arm.name}") as told:
-        atlas = find_singularities(arm, corank, starts=starts, rng=seed, snap=snap, certify=certify, progress=told)
+    with process_pool(workers) as pool, progress_bar(f"searching {arm.name}") as told:
+        atlas = find_singularities(
+            arm, corank, starts=starts, rng=seed, snap=snap, certify=certify, executor=pool, progress=told
+        )
     if markdown or latex:
         print(atlas.markdown() if markdown else atlas.latex())
     else:

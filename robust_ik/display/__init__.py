@@ -11,6 +11,7 @@ from robust_ik.display.run_figures import plot_runs, runs_figure
 from robust_ik.display.runs import draw_run
 from robust_ik.display.scene import Scene, serve
 from robust_ik.display.stills import stills_figure
+from robust_ik.display.workspaces import plot_workspace, workspace_figure
 
 __all__ = [
     "DrawnRobot",
@@ -24,9 +25,11 @@ __all__ = [
     "plot_curves",
     "plot_gains",
     "plot_runs",
+    "plot_workspace",
     "runs_figure",
     "serve",
     "stills_figure",
+    "workspace_figure",
     "write_atlas_html",
     "write_html",
 ]

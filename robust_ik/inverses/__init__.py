@@ -12,6 +12,7 @@ from robust_ik.inverses.error_damped import ChanLawrence, Sugihara
 from robust_ik.inverses.esrim import ESRIM
 from robust_ik.inverses.esrim_tracking import TrackingLoop, TrackingReport
 from robust_ik.inverses.filtered_inverse import FilteredInverse
+from robust_ik.inverses.gain_formula import GainFormula
 from robust_ik.inverses.halley import Halley
 from robust_ik.inverses.jparse import JParse
 from robust_ik.inverses.jparse_gains import JParsePositionFirst, JParseWithGains
@@ -24,6 +25,7 @@ from robust_ik.inverses.sigmoid import Sigmoid
 from robust_ik.inverses.truncated_svd import TruncatedSVD
 from robust_ik.inverses.user_accuracy import UserDefinedAccuracy
 from robust_ik.inverses.weighted import Weighted
+from robust_ik.kernels.choice import where
 
 CLASSES: tuple[type[RobustInverse], ...] = (
     MoorePenrose,
@@ -66,6 +68,7 @@ __all__ = [
     "DulebaAdditive",
     "DulebaClamp",
     "FilteredInverse",
+    "GainFormula",
     "Halley",
     "JParse",
     "JParsePositionFirst",
@@ -88,4 +91,5 @@ __all__ = [
     "jacobian_projection",
     "jacobian_safety",
     "jacobian_safety_projection",
+    "where",
 ]

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.checks import Array, checked_parameter
-from robust_ik.inverses.base import Card, SingularValueFilter
+from robust_ik.checks import checked_parameter
+from robust_ik.inverses.base import Card
+from robust_ik.inverses.gain_formula import GainFormula
+from robust_ik.inverses.gain_pieces import Quantity, damped, fading
 from robust_ik.inverses.pieces import damped_gain, fading_damping
 
 
 @dataclass(frozen=True)
-class Chiaverini(SingularValueFilter):
+class Chiaverini(GainFormula):
     """φᵢ = σᵢ/(σᵢ² + λ²(σ_k)) with λ² = (1 − (σ_k/ε)²) λ_max² for a smallest σ_k < ε, and 0 above.
 
     Watch for: one small singular value damps every direction. With λ_max < ε/√2 the largest gain lies inside the
@@ -43,10 +45,17 @@ class Chiaverini(SingularValueFilter):
         checked_parameter("threshold", self.threshold, above=0)
         checked_parameter("damping", self.damping, above=0)
 
-    def gains(self, s: ArrayLike) -> Array:
+    @staticmethod
+    def formula(
+        s: Quantity, largest: Quantity, smallest: Quantity, product: Quantity, place: Quantity, p: Any
+    ) -> Quantity:
         """σ/(σ² + λ²(σ_k))."""
-        s = np.asarray(s, dtype=float)
-        return damped_gain(s, fading_damping(s[..., -1:], self.threshold, self.damping))
+        return damped(s, fading(smallest, p[0], p[1]))
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """ε, λ_max."""
+        return (self.threshold, self.damping)
 
     def largest_gain(self, sigma_max: float) -> float:
         """The peak of σ/(σ² + λ²(σ)): no larger σ_k belongs to σ, so none damps it less."""

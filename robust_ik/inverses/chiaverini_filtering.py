@@ -5,19 +5,22 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, checked_parameter
-from robust_ik.inverses.base import Card, Jump, SingularValueFilter
+from robust_ik.inverses.base import Card, Jump
 from robust_ik.inverses.chiaverini import largest_fading_gain
+from robust_ik.inverses.gain_formula import GainFormula
+from robust_ik.inverses.gain_pieces import Quantity, damped, fading
 from robust_ik.inverses.pieces import damped_gain, fading_damping
+from robust_ik.kernels.choice import where
 
 
 @dataclass(frozen=True)
-class ChiaveriniFiltering(SingularValueFilter):
+class ChiaveriniFiltering(GainFormula):
     """φᵢ = σᵢ/(σᵢ² + β² + λ²(σᵢ)), λ² = (1 − (σ/ε)²) λ_max² below ε: along every σᵢ < ε, or the last one only.
 
     `multi=True`, the default, damps each singular value by itself: continuous, bounded, exact above ε. The printed
@@ -67,10 +70,18 @@ class ChiaveriniFiltering(SingularValueFilter):
     def _beta(self) -> float:
         return self.floor or 0.0
 
-    def gains(self, s: ArrayLike) -> Array:
+    @staticmethod
+    def formula(
+        s: Quantity, largest: Quantity, smallest: Quantity, product: Quantity, place: Quantity, p: Any
+    ) -> Quantity:
         """σ/(σ² + β² + λ²), λ being that of σ itself, or for `multi=False` 0 but for the last one."""
-        s = np.asarray(s, dtype=float)
-        return damped_gain(s, self._squared_damping(s))
+        own = where((p[3] > 0) | (place == 0), fading(s, p[0], p[1]), 0.0)
+        return damped(s, own + p[2] ** 2)
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """ε, λ_max, β and `multi`."""
+        return (self.threshold, self.damping, self._beta, float(self.multi))
 
     def largest_gain(self, sigma_max: float) -> float:
         """As for `Chiaverini` with β² added; without `multi` 1/(2β), infinite for β = 0: two may vanish together."""

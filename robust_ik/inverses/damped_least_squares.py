@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.checks import Array, checked_parameter
-from robust_ik.inverses.base import Card, SingularValueFilter
+from robust_ik.checks import checked_parameter
+from robust_ik.inverses.base import Card
+from robust_ik.inverses.gain_formula import GainFormula
+from robust_ik.inverses.gain_pieces import Quantity
 
 
 @dataclass(frozen=True)
-class DampedLeastSquares(SingularValueFilter):
+class DampedLeastSquares(GainFormula):
     """φ(σ) = σ/(σ² + λ²): minimises ‖J q̇ − ẋ‖² + λ² ‖q̇‖².
 
     Watch for: nowhere exact; the task is followed with the fraction σ²/(σ² + λ²), also far from singularities.
@@ -41,10 +43,22 @@ class DampedLeastSquares(SingularValueFilter):
     def __post_init__(self) -> None:
         checked_parameter("damping", self.damping, above=0)
 
-    def gains(self, s: ArrayLike) -> Array:
+    @staticmethod
+    def formula(
+        s: Quantity, largest: Quantity, smallest: Quantity, product: Quantity, place: Quantity, p: Any
+    ) -> Quantity:
         """σ/(σ² + λ²)."""
-        s = np.asarray(s, dtype=float)
-        return np.asarray(s / (s**2 + self._root**2))
+        return s / (s**2 + p[0] ** 2)
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """λ."""
+        return (self._root,)
+
+    @property
+    def squared_damping(self) -> float:
+        """λ²."""
+        return self.damping**2 if self.squared else self.damping
 
     @property
     def _root(self) -> float:

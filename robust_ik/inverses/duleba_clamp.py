@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, checked_parameter
 from robust_ik.errors import InputError
-from robust_ik.inverses.base import Card, Jump, SingularValueFilter
+from robust_ik.inverses.base import Card, Jump
+from robust_ik.inverses.gain_formula import GainFormula
+from robust_ik.inverses.gain_pieces import Quantity, kept_or_zero
 from robust_ik.inverses.pieces import check_level
+from robust_ik.kernels.choice import where
 
 
 @dataclass(frozen=True)
-class DulebaClamp(SingularValueFilter):
+class DulebaClamp(GainFormula):
     """φ(σ) = 1/max(σ, d_min).
 
     With `gamma` this is J-PARSE's ablation JacobianSafety: see `ablations`.
@@ -70,11 +73,18 @@ class DulebaClamp(SingularValueFilter):
         """With `gamma`."""
         return self.gamma is not None
 
-    def gains(self, s: ArrayLike) -> Array:
+    @staticmethod
+    def formula(
+        s: Quantity, largest: Quantity, smallest: Quantity, product: Quantity, place: Quantity, p: Any
+    ) -> Quantity:
         """1/max(σ, d_min), and 0 at σ = 0."""
-        s = np.asarray(s, dtype=float)
-        raised = np.where(self.is_exact(s), s, self.levels(s[..., :1])[1])
-        return np.asarray((s > 0) / np.where(s > 0, raised, 1.0))
+        raised = where(s >= p[0] + p[2] * largest, s, p[1] + p[2] * largest)
+        return kept_or_zero(s > 0, raised)
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """Detect and d_min, or d_min as a fraction of σ₁."""
+        return (self.detect or 0.0, self.floor or 0.0, self.gamma or 0.0)
 
     def largest_gain(self, sigma_max: float) -> float:
         """1/d_min; 1/detect, reached at σ = detect, where σ₁ ≥ detect."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,14 +12,17 @@ from numpy.typing import ArrayLike
 from robust_ik.checks import Array, as_array, checked_parameter
 from robust_ik.derivatives import singular_value_gradients
 from robust_ik.errors import InputError
-from robust_ik.inverses.base import Card, SingularValueFilter
+from robust_ik.inverses.base import Card
+from robust_ik.inverses.gain_formula import GainFormula
+from robust_ik.inverses.gain_pieces import Quantity, kept_or_zero
 from robust_ik.inverses.pieces import falling_zero
+from robust_ik.kernels.choice import where
 from robust_ik.linalg import svd
 from robust_ik.problem import TaskEquation
 
 
 @dataclass(frozen=True)
-class EDLS(SingularValueFilter):
+class EDLS(GainFormula):
     """φ(σ) = d(σ)/σ with d = max(0, 1 − β^((σ − s₋)/(s₊ − s₋))).
 
     The share d of the command is 0 up to s₋, 1 − β at s₊, and tends to 1 above.
@@ -74,12 +77,19 @@ class EDLS(SingularValueFilter):
         """−ln β/(s₊ − s₋), so that d = 1 − e^(−rate (σ − s₋))."""
         return -math.log(self.beta) / (self.upper - self.lower)
 
-    def gains(self, s: ArrayLike) -> Array:
+    @staticmethod
+    def formula(
+        s: Quantity, largest: Quantity, smallest: Quantity, product: Quantity, place: Quantity, p: Any
+    ) -> Quantity:
         """d(σ)/σ, and 0 at σ = 0."""
-        s = np.asarray(s, dtype=float)
         # An exponent ≤ 0 is d ≥ 0; the limit on a raw one only keeps it from overflowing.
-        share = -np.expm1(np.minimum(-self._rate * (s - self.lower), 300.0 if self.raw else 0.0))
-        return np.asarray(np.where(s > 0, share, 0.0) / np.where(s > 0, s, 1.0))
+        share = -np.expm1(np.minimum(-p[0] * (s - p[1]), p[2]))
+        return where(s > 0, share, 0.0) * kept_or_zero(s > 0, s)
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """−ln β/(s₊ − s₋), s₋ and the largest exponent."""
+        return (self._rate, self.lower, 300.0 if self.raw else 0.0)
 
     def velocity(self, equation: TaskEquation) -> Array:
         """q̇ = Σ φᵢ vᵢ uᵢᵀẋ; if asymmetric with φᵢ = 1/max(σᵢ, floor) unless (∂σᵢ/∂q · vᵢ) uᵢᵀẋ < 0."""

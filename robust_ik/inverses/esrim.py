@@ -11,15 +11,16 @@ from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, checked_parameter
 from robust_ik.errors import InputError
-from robust_ik.inverses.base import Card, SingularValueFilter
-from robust_ik.inverses.pieces import damped_gain
+from robust_ik.inverses.base import Card
+from robust_ik.inverses.gain_formula import GainFormula
+from robust_ik.inverses.gain_pieces import Quantity, damped
 
 BetaRule = Literal["floor", "linear", "chiaverini"]
 AlphaMode = Literal["scalar", "singular"]
 
 
 @dataclass(frozen=True)
-class ESRIM(SingularValueFilter):
+class ESRIM(GainFormula):
     """φ(σ) = ασ/(α²σ² + β²(σ)): minimises ‖ẋ − αJ q̇‖² + ‖B q̇‖² with B of singular values β(σ), 0 from σ₀ on.
 
     The rules for β, with x = σ/σ₀ < 1, and the largest gain that they give for α = 1:
@@ -68,23 +69,30 @@ class ESRIM(SingularValueFilter):
         elif self.damping is not None:
             raise InputError(f'damping goes with beta_rule="chiaverini" only, got {self.damping!r}')
 
-    # Both take x = σ/σ₀ ≤ 1 as an array, or as the polynomial x.
-    def _alpha(self, x: Any) -> Any:
-        if self.alpha_mode == "scalar":
-            return self.alpha0 + 0 * x
-        return 1 + (self.alpha0 - 1) * (1 - x**2)
+    @property
+    def _factor(self) -> tuple[float, float]:
+        """Of `factor`: α = α₀ everywhere, or 1 at σ₀ and α₀ at 0."""
+        return (self.alpha0, 0.0) if self.alpha_mode == "scalar" else (1.0, self.alpha0 - 1)
 
-    def _relative_squared_beta(self, x: Any) -> Any:
-        """β²/σ₀²."""
+    @property
+    def _damping(self) -> tuple[float, float]:
+        """Of `relative_damping`."""
         if self.damping is not None:
-            return (self.damping / self.sigma0) ** 2 * (1 - x**2)
-        return (1 - x) ** 2 if self.beta_rule == "linear" else 1 - x**2
+            return 0.0, (self.damping / self.sigma0) ** 2
+        return (1.0, 0.0) if self.beta_rule == "linear" else (0.0, 1.0)
 
-    def gains(self, s: ArrayLike) -> Array:
+    @staticmethod
+    def formula(
+        s: Quantity, largest: Quantity, smallest: Quantity, product: Quantity, place: Quantity, p: Any
+    ) -> Quantity:
         """ασ/(α²σ² + β²)."""
-        s = np.asarray(s, dtype=float)
-        x = np.minimum(s / self.sigma0, 1.0)
-        return damped_gain(self._alpha(x) * s, self.sigma0**2 * self._relative_squared_beta(x))
+        x = np.minimum(s / p[0], 1.0)
+        return damped(factor(x, p[1], p[2]) * s, p[0] ** 2 * relative_damping(x, p[3], p[4]))
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """σ₀, then what `factor` and `relative_damping` need."""
+        return (self.sigma0, *self._factor, *self._damping)
 
     def largest_gain(self, sigma_max: float) -> float:
         """φ at its largest peak: inside (0, σ₀), at σ₀, or at σ₁ below those."""
@@ -94,8 +102,8 @@ class ESRIM(SingularValueFilter):
     def _peaks(self) -> Array:
         """Every σ < σ₀ with φ′ = 0: σ₀φ = αx/(α²x² + β²/σ₀²) is a ratio of polynomials."""
         x = Polynomial([0.0, 1.0])
-        above = self._alpha(x) * x
-        below = above**2 + self._relative_squared_beta(x)
+        above = factor(x, *self._factor) * x
+        below = above**2 + relative_damping(x, *self._damping)
         roots = np.real((above.deriv() * below - above * below.deriv()).trim(1e-14).roots())
         # The real part of a complex root is no peak, but does no harm as a candidate.
         return np.asarray(self.sigma0 * roots[(roots > 0) & (roots < 1)])
@@ -104,3 +112,14 @@ class ESRIM(SingularValueFilter):
         """Wherever σ ≥ σ₀, if α = 1 there."""
         s = np.asarray(s, dtype=float)
         return np.asarray((s >= self.sigma0) & (self.alpha0 == 1 or self.alpha_mode == "singular"))
+
+
+# Both take x = σ/σ₀ ≤ 1 as a number, as an array, or as the polynomial x.
+def factor(x: Quantity, constant: Quantity, added: Quantity) -> Quantity:
+    """α."""
+    return constant + added * (1.0 - x**2)
+
+
+def relative_damping(x: Quantity, linear: Quantity, floor: Quantity) -> Quantity:
+    """β²/σ₀²."""
+    return linear * (1.0 - x) ** 2 + floor * (1.0 - x**2)

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.checks import Array, checked_parameter
+from robust_ik.checks import checked_parameter
 from robust_ik.errors import InputError
-from robust_ik.inverses.base import Card, Jump, SingularValueFilter
+from robust_ik.inverses.base import Card, Jump
+from robust_ik.inverses.gain_formula import GainFormula
+from robust_ik.inverses.gain_pieces import Quantity
+from robust_ik.kernels.choice import where
 
 
 @dataclass(frozen=True)
-class JParse(SingularValueFilter):
+class JParse(GainFormula):
     """φ(σ) = 1/σ where σ > γσ₁, else p (σ/(γσ₁))^(1/e)/(γσ₁), which is p σ/(γσ₁)² for e = 1.
 
     Along a direction whose singular value falls below γσ₁ the command is projected out and fed back with the gain
@@ -91,12 +94,19 @@ class JParse(SingularValueFilter):
         """Yes."""
         return True
 
-    def gains(self, s: ArrayLike) -> Array:
+    @staticmethod
+    def formula(
+        s: Quantity, largest: Quantity, smallest: Quantity, product: Quantity, place: Quantity, p: Any
+    ) -> Quantity:
         """1/σ above γσ₁, p (σ/(γσ₁))^(1/e)/(γσ₁) below."""
-        s = np.asarray(s, dtype=float)
-        level = np.maximum(s, np.where(s[..., :1] > 0, self.gamma * s[..., :1], 1.0))
+        level = np.maximum(s, where(largest > 0, p[0] * largest, 1.0))
         # Dividing twice keeps a tiny threshold from underflowing when squared.
-        return np.asarray(np.where(self.is_exact(s), 1.0, self.gain) * (s / level) ** (1 / self.exponent) / level)
+        return where(s > p[0] * largest, 1.0, p[1]) * (s / level) ** p[2] / level
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """γ, p, 1/e."""
+        return (self.gamma, self.gain, 1 / self.exponent)
 
     def largest_gain(self, sigma_max: float) -> float:
         """max(1, p)/(γσ₁), reached at the threshold."""

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.checks import Array, checked_parameter
-from robust_ik.inverses.base import Card, Jump, SingularValueFilter
+from robust_ik.checks import checked_parameter
+from robust_ik.inverses.base import Card, Jump
+from robust_ik.inverses.gain_formula import GainFormula
+from robust_ik.inverses.gain_pieces import Quantity, kept_or_zero
 from robust_ik.linalg import RANK_TOLERANCE
 
 
 @dataclass(frozen=True)
-class MoorePenrose(SingularValueFilter):
+class MoorePenrose(GainFormula):
     """φ(σ) = 1/σ, and 0 where σ ≤ tolerance · σ₁.
 
     Watch for: joint speeds grow as 1/σ without bound, and drop to zero at the tolerance.
@@ -43,11 +45,17 @@ class MoorePenrose(SingularValueFilter):
         """Yes."""
         return True
 
-    def gains(self, s: ArrayLike) -> Array:
+    @staticmethod
+    def formula(
+        s: Quantity, largest: Quantity, smallest: Quantity, product: Quantity, place: Quantity, p: Any
+    ) -> Quantity:
         """1/σ above the tolerance, else 0."""
-        s = np.asarray(s, dtype=float)
-        kept = self.is_exact(s)
-        return np.asarray(kept / np.where(kept, s, 1.0))
+        return kept_or_zero(s > p[0] * largest, s)
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """The tolerance."""
+        return (self.tolerance,)
 
     def largest_gain(self, sigma_max: float) -> float:
         """1/(tolerance · σ₁): no useful bound."""

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, checked_parameter
-from robust_ik.inverses.base import LARGE_SIGMA, Card, SingularValueFilter
-from robust_ik.inverses.pieces import damped_gain, falling_zero
+from robust_ik.inverses.base import LARGE_SIGMA, Card
+from robust_ik.inverses.gain_formula import GainFormula
+from robust_ik.inverses.gain_pieces import Quantity, damped
+from robust_ik.inverses.pieces import falling_zero
+from robust_ik.kernels.choice import where
 
 
 @dataclass(frozen=True)
-class NakamuraHanafusa(SingularValueFilter):
+class NakamuraHanafusa(GainFormula):
     """φᵢ = σᵢ/(σᵢ² + λ²(w)) with λ = λ₀ (1 − w/w₀)² below the manipulability w₀ and 0 above, w = Π σ.
 
     Watch for: w mixes all directions and their units. The damping can set in while every σ is healthy, and stay off
@@ -48,20 +51,26 @@ class NakamuraHanafusa(SingularValueFilter):
 
     def squared_damping(self, s: ArrayLike) -> Array:
         """What is added to σ², for a whole spectrum (..., k): shape (...)."""
-        return np.asarray(self._added(np.minimum(self._manipulability(s) / self.manipulability_threshold, 1.0)))
-
-    def _added(self, ratio: Array) -> Array:
-        damping = self.damping * (1 - ratio) ** 2
-        return damping**2 if self.squared else damping
+        ratio = np.minimum(self._manipulability(s) / self.manipulability_threshold, 1.0)
+        return np.asarray(added(ratio, self.damping, float(self.squared)))
 
     def _manipulability(self, s: ArrayLike) -> Array:
         s = np.asarray(s, dtype=float)
         with np.errstate(over="ignore", invalid="ignore"):  # beyond any threshold; 0 · ∞ is overruled below
             return np.where(s[..., -1] > 0, np.prod(s, axis=-1), 0.0)
 
-    def gains(self, s: ArrayLike) -> Array:
+    @staticmethod
+    def formula(
+        s: Quantity, largest: Quantity, smallest: Quantity, product: Quantity, place: Quantity, p: Any
+    ) -> Quantity:
         """σ/(σ² + λ²(w))."""
-        return damped_gain(s, self.squared_damping(s)[..., None])
+        ratio = np.minimum(product / p[1], 1.0)
+        return damped(s, added(ratio, p[0], p[2]))
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """λ₀, w₀ and whether λ is squared."""
+        return (self.damping, self.manipulability_threshold, float(self.squared))
 
     def largest_gain(self, sigma_max: float, count: int | None = None) -> float:
         """The least upper bound over the spectra with that many singular values.
@@ -108,3 +117,9 @@ class NakamuraHanafusa(SingularValueFilter):
         """Everywhere at once: where w ≥ w₀."""
         exact = self._manipulability(s) >= self.manipulability_threshold
         return np.array(np.broadcast_to(exact[..., None], np.shape(s)))
+
+
+def added(ratio: Quantity, damping: Quantity, squared: Quantity) -> Quantity:
+    """What is added to σ² where w is that fraction of w₀."""
+    fallen = damping * (1.0 - ratio) ** 2
+    return where(squared > 0, fallen**2, fallen)

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, as_array, check_leading_axes, checked_parameter
 from robust_ik.errors import InputError
+from robust_ik.inverses.gain_pieces import damped, fading
 from robust_ik.linalg import ThinSVD
 
 
@@ -19,11 +20,7 @@ def damped_gain(s: ArrayLike, squared_damping: ArrayLike) -> Array:
         s: Singular values, any shape.
         squared_damping: λ² ≥ 0, broadcast against `s`.
     """
-    s = np.asarray(s, dtype=float)
-    # With the hypotenuse no square can overflow or underflow.
-    length = np.hypot(s, np.sqrt(squared_damping))
-    length = np.where(s > 0, length, 1.0)
-    return np.asarray(s / length / length)
+    return np.asarray(damped(np.asarray(s, dtype=float), squared_damping))
 
 
 def fading_damping(s: ArrayLike, threshold: float, damping: float) -> Array:
@@ -31,8 +28,7 @@ def fading_damping(s: ArrayLike, threshold: float, damping: float) -> Array:
 
     Source: Chiaverini, Egeland and Kanestrøm 1991; Kim, Marani, Chung and Yuh, eq. (32).
     """
-    ratio = np.minimum(np.asarray(s, dtype=float) / threshold, 1.0)
-    return np.asarray((1 - ratio**2) * damping**2)
+    return np.asarray(fading(np.asarray(s, dtype=float), threshold, damping))
 
 
 def check_level(name: str, absolute: float | None, gamma: float | None) -> None:

@@ -4,22 +4,24 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.checks import Array, checked_parameter
+from robust_ik.checks import checked_parameter
 from robust_ik.errors import InputError
-from robust_ik.inverses.base import Card, SingularValueFilter
-from robust_ik.inverses.pieces import damped_gain, falling_zero
+from robust_ik.inverses.base import Card
+from robust_ik.inverses.gain_formula import GainFormula
+from robust_ik.inverses.gain_pieces import Quantity, damped
+from robust_ik.inverses.pieces import falling_zero
 
 STEEPEST = 600.0
 """Of shift/slope: beyond it e^(−w/h) underflows."""
 
 
 @dataclass(frozen=True)
-class Sigmoid(SingularValueFilter):
+class Sigmoid(GainFormula):
     """φ(σ) = σ/(σ² + Λ/(1 + e^((σ + w)/h))).
 
     Watch for: Λ is *added as it is*: it is the square of what other inverses call damping, and about half of it acts
@@ -55,14 +57,17 @@ class Sigmoid(SingularValueFilter):
                 f"got {self.shift!r} and {self.slope!r}"
             )
 
-    def _added(self, s: Array) -> Array:
-        # 1/(1 + eᶻ) without overflow.
-        return np.asarray(self.squared_damping * np.exp(-np.logaddexp(0.0, (s + self.shift) / self.slope)))
-
-    def gains(self, s: ArrayLike) -> Array:
+    @staticmethod
+    def formula(
+        s: Quantity, largest: Quantity, smallest: Quantity, product: Quantity, place: Quantity, p: Any
+    ) -> Quantity:
         """σ/(σ² + Λ/(1 + e^((σ + w)/h)))."""
-        s = np.asarray(s, dtype=float)
-        return damped_gain(s, self._added(s))
+        return damped(s, added(s, p[0], p[1], p[2]))
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """Λ, w, h."""
+        return (self.squared_damping, self.shift, self.slope)
 
     def largest_gain(self, sigma_max: float) -> float:
         """φ at its only peak, or at σ₁ below that."""
@@ -72,7 +77,7 @@ class Sigmoid(SingularValueFilter):
         """Where k − σk′ = σ², k being what is added to σ². The difference falls, as k is convex for w ≥ 0."""
 
         def difference(sigma: float) -> float:
-            k = float(self._added(np.array(sigma)))
+            k = float(added(sigma, *self.parameters))
             rate = k * (1 - k / self.squared_damping) / self.slope
             return k + sigma * rate - sigma**2
 
@@ -81,3 +86,8 @@ class Sigmoid(SingularValueFilter):
     def is_exact(self, s: ArrayLike) -> np.ndarray:
         """Nowhere."""
         return np.zeros(np.shape(s), dtype=bool)
+
+
+def added(s: Quantity, squared_damping: Quantity, shift: Quantity, slope: Quantity) -> Quantity:
+    """What is added to σ²: Λ/(1 + eᶻ) without overflow."""
+    return squared_damping * np.exp(-np.logaddexp(0.0, (s + shift) / slope))

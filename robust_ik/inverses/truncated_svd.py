@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array
-from robust_ik.inverses.base import Card, Jump, SingularValueFilter
+from robust_ik.inverses.base import Card, Jump
+from robust_ik.inverses.gain_formula import GainFormula
+from robust_ik.inverses.gain_pieces import Quantity, kept_or_zero
 from robust_ik.inverses.pieces import check_level
 
 
 @dataclass(frozen=True)
-class TruncatedSVD(SingularValueFilter):
+class TruncatedSVD(GainFormula):
     """φ(σ) = 1/σ where σ > τ, else 0.
 
     With `gamma` this is J-PARSE's ablation JacobianProjection, and JacobianSafetyProjection too: see `ablations`.
@@ -55,11 +57,17 @@ class TruncatedSVD(SingularValueFilter):
         """With `gamma`."""
         return self.gamma is not None
 
-    def gains(self, s: ArrayLike) -> Array:
+    @staticmethod
+    def formula(
+        s: Quantity, largest: Quantity, smallest: Quantity, product: Quantity, place: Quantity, p: Any
+    ) -> Quantity:
         """1/σ above τ, else 0."""
-        s = np.asarray(s, dtype=float)
-        kept = self.is_exact(s)
-        return np.asarray(kept / np.where(kept, s, 1.0))
+        return kept_or_zero(s > p[0] + p[1] * largest, s)
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """τ as such and as a fraction of σ₁; one of them is 0."""
+        return (self.threshold or 0.0, self.gamma or 0.0)
 
     def largest_gain(self, sigma_max: float) -> float:
         """1/τ, approached just above the threshold; 0 where σ₁ ≤ τ."""

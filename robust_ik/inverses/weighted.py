@@ -89,12 +89,12 @@ class Weighted(RobustInverse):
         """Joint velocities W_q^(−½) P̃ W_x ẋ; see `RobustInverse.solve`."""
         J = as_array(J, "J", (None, None))
         xdot = as_array(xdot, "xdot", (J.shape[-2],))
-        task, joint = self._factors(J)
+        task, joint = self.factors(*J.shape[-2:])
         return np.asarray(self.inverse.solve(task @ J @ joint, xdot @ task.T) @ joint.T)
 
     def velocity(self, equation: TaskEquation) -> Array:
         """q̇, from what the wrapped inverse makes of the scaled equation: its error and Hessian are scaled alike."""
-        task, joint = self._factors(equation.J)
+        task, joint = self.factors(*equation.J.shape[-2:])
         H = equation.hessian
         scaled = TaskEquation(
             J=task @ equation.J @ joint,
@@ -120,9 +120,12 @@ class Weighted(RobustInverse):
         scales = np.geomspace(joint[0] * task[0], joint[1] * task[1], SAMPLES)
         return max(self.inverse.largest_gain(float(sigma_max * scale)) for scale in scales) * joint[1] * task[1]
 
-    def _factors(self, J: Array) -> tuple[Array, Array]:
-        """W_x and W_q^(−½) for J."""
-        m, n = J.shape[-2:]
+    def factors(self, m: int, n: int) -> tuple[Array, Array]:
+        """W_x, (m, m), and W_q^(−½), (n, n), for a J with m rows and n columns.
+
+        Raises:
+            InputError: The weights are for another number of rows or joints.
+        """
         task = np.eye(m) if self._task_factor is None else self._task_factor
         joint = np.eye(n) if self._joint_factor is None else self._joint_factor
         if self.length_scale is not None:

@@ -55,11 +55,14 @@ class Kernel:
 
     Attributes:
         name: What it is called in its module.
+        most: How many joints, rows and columns it is for at most, as its name says by _8 or _16; None for any number.
         arguments: The types of arguments it takes; others raise TypeError.
     """
 
     def __init__(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
         self._function, self.name, self.arguments = function, function.__qualname__, arguments
+        size = self.name.rpartition("_")[2]
+        self.most = int(size) if size.isdigit() else None
         self._compiled: Callable[..., Any] | None = None
 
     @property
@@ -98,14 +101,13 @@ def compiled(function: Callable[..., Any], arguments: tuple[Any, ...]) -> Callab
 
 def _keep(made: Any, function: Callable[..., Any]) -> None:
     """Has a dispatcher look on disk before it compiles, unless there is no source, or one that does not say all."""
-    if function.__closure__ is None:
-        with suppress(OSError):
-            made._cache = Store(function)
+    with suppress(OSError):
+        made._cache = Store(function)
 
 
-def callback(function: Callable[..., Any], result: Any, *arguments: Any) -> Any:
-    """A function that compiled code calls by its address: a Numba CFunc, with `.address`."""
-    made = CFunc(function, (arguments, result), locals={}, options=dict(OPTIONS))
+def callback(function: Callable[..., Any], signature: Any) -> Any:
+    """A function that compiled code calls by its address: a Numba CFunc, with `.address`, which must be held on to."""
+    made = CFunc(function, (signature.args, signature.return_type), locals={}, options=dict(OPTIONS))
     _keep(made, function)
     made.compile()
     return made

@@ -6,8 +6,8 @@ from robust_ik.checks import Array
 from robust_ik.kernels.compiling import WHOLE, called, filled, given, inlined, kernel
 from robust_ik.kernels.lanes import COUNT, Number, spread
 from robust_ik.kernels.motion import LOCAL, WORLD, joint_twists, move, read_circles, read_motions
-from robust_ik.kernels.packing import COLUMN, FACTOR, HEAD, JOINTS, STRIDE
-from robust_ik.kernels.stack import ONE, Pointer, each_lane, lanes_of, pointer, sizes, stack
+from robust_ik.kernels.packing import COLUMN, CONFIGURATION, FACTOR, HEAD, JOINTS, STRIDE
+from robust_ik.kernels.stack import ONE, Pointer, each_lane, further, lanes_of, pointer, sizes, stack
 from robust_ik.kernels.turning import cosines_and_sines
 
 MOST_JOINTS = sizes(208)
@@ -16,18 +16,18 @@ SIX, TWELVE = sizes(6), sizes(12)
 
 
 @called
-def place(pack: Pointer, q: Array, begin: int, count: int, axes: Pointer, end: Pointer, zero: Number) -> None:
-    """Axes and frames of q[begin : begin + count], as many as a number has lanes at the most."""
-    L, c = lanes_of(zero), int(pack[JOINTS])
+def place(pack: Pointer, q: Pointer, count: int, axes: Pointer, end: Pointer, zero: Number) -> None:
+    """Axes and frames of the configurations that begin at q, as many as a number has lanes at the most."""
+    L, c, nq = lanes_of(zero), int(pack[JOINTS]), int(pack[CONFIGURATION])
     motions, cosines = stack(zero, ONE, MOST_JOINTS), stack(zero, ONE, MOST_JOINTS)
     sines = stack(zero, ONE, MOST_JOINTS)
     for i in range((c + 7) // 8 * 8):
         motions[i] = zero
     for lane in range(count):
-        read_motions(pack, pointer(q[begin + lane]), each_lane(motions), lane, L)
+        read_motions(pack, further(q, lane * nq), each_lane(motions), lane, L)
     cosines_and_sines(motions, cosines, sines, c)
     for lane in range(count):
-        read_circles(pack, pointer(q[begin + lane]), each_lane(cosines), each_lane(sines), lane, L)
+        read_circles(pack, further(q, lane * nq), each_lane(cosines), each_lane(sines), lane, L)
     move(pack, motions, cosines, sines, axes, end, zero)
 
 
@@ -36,7 +36,7 @@ def some_poses(pack: Pointer, q: Array, T: Array, begin: int, count: int, zero: 
     """As many as a number has lanes at the most."""
     L = lanes_of(zero)
     axes, end = stack(zero, MOST_JOINTS, SIX), stack(zero, ONE, TWELVE)
-    place(pack, q, begin, count, axes, end, zero)
+    place(pack, further(pointer(q), begin * q.shape[1]), count, axes, end, zero)
     entry = each_lane(end)
     for lane in range(count):
         e = begin + lane
@@ -63,7 +63,7 @@ def some_jacobians(pack: Pointer, q: Array, J: Array, begin: int, count: int, re
     """As many as a number has lanes at the most."""
     L = lanes_of(zero)
     axes, end = stack(zero, MOST_JOINTS, SIX), stack(zero, ONE, TWELVE)
-    place(pack, q, begin, count, axes, end, zero)
+    place(pack, further(pointer(q), begin * q.shape[1]), count, axes, end, zero)
     joint_twists(pack, axes, end, axes, reference, zero)
     twists = each_lane(axes)
     for lane in range(count):
@@ -103,7 +103,7 @@ def hessians(pack: Array, q: Array, H: Array, reference: int) -> None:
     count = int(chain[JOINTS])
     axes, end, slope = stack(0.0, MOST_JOINTS, SIX), stack(0.0, ONE, TWELVE), stack(0.0, ONE, SIX)
     for e in range(len(q)):
-        place(chain, q, e, 1, axes, end, 0.0)
+        place(chain, further(pointer(q), e * q.shape[1]), 1, axes, end, 0.0)
         joint_twists(chain, axes, end, axes, reference, 0.0)
         H[e] = 0.0
         for i in range(count):

@@ -52,6 +52,16 @@ def pointer(typing_context: Any, array: Any) -> Any:
 
 
 @intrinsic
+def further(typing_context: Any, given: Any, index: Any) -> Any:
+    """The pointer to an entry further on."""
+
+    def codegen(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        return builder.gep(values[0], [values[1]])
+
+    return given(given, types.int64), codegen
+
+
+@intrinsic
 def each_lane(typing_context: Any, pointer: Any) -> Any:
     """The numbers behind a pointer, lane by lane: entry x of lane l is at x · lanes + l."""
 

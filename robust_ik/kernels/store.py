@@ -13,9 +13,10 @@ import logging
 import pickle
 import sys
 import uuid
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
+from types import FunctionType
 from typing import Any
 
 import numba
@@ -53,7 +54,7 @@ class Store:
     """Where the machine code of one function is kept: what a dispatcher asks its cache for, and no error from it.
 
     Raises:
-        OSError: The function comes from no file.
+        OSError: The function comes from no file, or is a closure.
 
     Attributes:
         cache_path: Unused: there are several.
@@ -64,7 +65,7 @@ class Store:
     def __init__(self, function: Callable[..., Any]) -> None:
         source = Path(function.__code__.co_filename)
         self._name = f"{source.stem}.{function.__qualname__}".replace("<locals>", "_")
-        self._source = source.read_bytes()
+        self._source = _digest(*(part.encode() for part in _made_of(function, {})), SOURCES)
 
     def load_overload(self, signature: Any, target: Any) -> Any:
         """The function as it was compiled, or None: what is missing, unreadable or damaged is compiled again."""
@@ -102,7 +103,23 @@ class Store:
         python = f"{sys.implementation.cache_tag} {getattr(sys, 'abiflags', '')}"
         settings = [getattr(numba.config, name, None) for name in SETTINGS]
         key = repr((python, numba.__version__, codegen.magic_tuple(), str(signature), settings))
-        return f"{self._name}-{_digest(SOURCES, self._source, key.encode()).hex()[:24]}{SUFFIX}"
+        return f"{self._name}-{_digest(self._source, key.encode()).hex()[:24]}{SUFFIX}"
+
+
+def _made_of(function: Callable[..., Any], seen: dict[Any, str]) -> Iterable[str]:
+    """The sources of a function and of those that it names, with the numbers that they name: these may lie anywhere."""
+    if function.__closure__ is not None:
+        raise OSError("what a closure holds is in no file")
+    if function not in seen:
+        seen[function] = Path(function.__code__.co_filename).read_text(encoding="utf-8")
+        for name in function.__code__.co_names:
+            value = function.__globals__.get(name)
+            value = getattr(value, "py_func", value)  # of what is compiled, what was written
+            if isinstance(value, FunctionType):
+                _made_of(value, seen)
+            elif isinstance(value, (int, float, tuple)):
+                seen[function] += f"{name} = {value!r}\n"
+    return seen.values()
 
 
 def _read(path: Path) -> bytes | None:

@@ -55,7 +55,7 @@ def _velocity(inverse: RobustInverse, equation: TaskEquation) -> Array:
 def _relative_to(J: Array, inverse: RobustInverse) -> RobustInverse:
     """The inverse with thresholds that are relative to σ₁ of J, whatever it is given; in scaled coordinates of J's."""
     if isinstance(inverse, Weighted):
-        task, joint = inverse._factors(J)
+        task, joint = inverse.factors(*J.shape[-2:])
         return replace(inverse, inverse=_relative_to(task @ J @ joint, inverse.inverse))
     return _Beside(inverse, float(singular_values(J)[0]))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -142,11 +143,19 @@ class SingularityAtlas:
 
         return trace(self, stratum)
 
-    def extended(self, starts: int, progress: Told | None = None) -> SingularityAtlas:
-        """The atlas after so many more starts for each corank, its rows kept and new ones added."""
+    def extended(
+        self, starts: int, *, executor: Executor | None = None, progress: Told | None = None
+    ) -> SingularityAtlas:
+        """The atlas after so many more starts for each corank, its rows kept and new ones added.
+
+        Args:
+            starts: How many.
+            executor: Who searches, as for `find_singularities`.
+            progress: Called with (steps done, steps in all).
+        """
         from robust_ik.singularities.search import extend  # makes atlases: it stands above this module
 
-        return extend(self, starts, progress)
+        return extend(self, starts, executor, progress)
 
     def save(self, path: str | Path) -> Path:
         """Writes it as JSON."""

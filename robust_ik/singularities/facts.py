@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -75,6 +75,13 @@ class RobotFacts:
         object.__setattr__(self, "upper", readonly(self.upper))
         object.__setattr__(self, "tool", readonly(self.tool))
         object.__setattr__(self, "symbols", MappingProxyType(dict(self.symbols)))
+
+    def __getstate__(self) -> dict[str, Any]:
+        return vars(self) | {"symbols": dict(self.symbols)}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+        self.__post_init__()
 
     @classmethod
     def of(

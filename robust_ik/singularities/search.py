@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from concurrent.futures import Executor
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -13,12 +14,15 @@ from robust_ik.checks import checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.progress import Told
 from robust_ik.singularities.atlas import Settings, SingularityAtlas
+from robust_ik.singularities.chunks import CHUNK
+from robust_ik.singularities.coranks import begin, hold_out, judged, read_corank
 from robust_ik.singularities.descent import TOLERANCE
 from robust_ik.singularities.facts import RobotFacts
 from robust_ik.singularities.finder import Method
 from robust_ik.singularities.residual import check_corank
 from robust_ik.singularities.rowmaking import make_rows
-from robust_ik.singularities.work import Work, hold_out, judged, prove, read_corank, work_of
+from robust_ik.singularities.work import Tally, Work, work_of
+from robust_ik.sweeping import parts, seed_of
 
 if TYPE_CHECKING:
     from robust_ik.dh import DHTable
@@ -41,6 +45,7 @@ def find_singularities(
     table: DHTable | None = None,
     snap: bool = False,
     certify: bool = True,
+    executor: Executor | None = None,
     progress: Told | None = None,
 ) -> SingularityAtlas:
     """Every family of singular configurations of every corank that random starts lead to, whatever the joint limits.
@@ -59,6 +64,8 @@ def find_singularities(
         snap: Whether the geometry with every nearly exact angle exact is what is meant. It is what is analysed in any
             case; without `snap` the floor of σ of the model as given is told as well.
         certify: Whether to try exact proofs that the lists are complete, with a bounded effort.
+        executor: Who searches and proves, any `concurrent.futures.Executor`; by default this process. The atlas is the
+            same, to the last bit.
         progress: Called with (steps done, steps in all).
 
     Returns:
@@ -75,35 +82,26 @@ def find_singularities(
         check_corank(facts.chain, corank)
         corank = int(corank)
     tolerance = checked_parameter("tolerance", tolerance, above=0, below=1e-6)
-    settings = Settings(corank, _seed(rng), int(starts), tolerance, method, bool(certify))
-    return _searched(Work(facts, settings), int(starts), progress)
+    settings = Settings(corank, seed_of(rng, DEFAULT_SEED), int(starts), tolerance, method, bool(certify))
+    return _searched(Work(facts, settings, executor=executor), int(starts), progress)
 
 
-def extend(atlas: SingularityAtlas, starts: int, progress: Told | None = None) -> SingularityAtlas:
+def extend(
+    atlas: SingularityAtlas, starts: int, executor: Executor | None = None, progress: Told | None = None
+) -> SingularityAtlas:
     """An atlas after so many more starts for each corank; see `SingularityAtlas.extended`."""
     if isinstance(starts, bool) or not isinstance(starts, (int, np.integer)) or starts < 1:
         raise InputError(f"starts must be a whole number of at least 1, got {starts!r}")
     work = work_of(atlas)
     work.settings = replace(atlas.settings, starts=atlas.settings.starts + int(starts))
+    work.executor = executor
     return _searched(work, int(starts), progress)
-
-
-def _seed(rng: np.random.Generator | int | None) -> int:
-    if isinstance(rng, np.random.Generator):
-        return int(rng.integers(2**31))
-    if rng is None:
-        return DEFAULT_SEED
-    if isinstance(rng, bool) or not isinstance(rng, (int, np.integer)) or rng < 0:
-        raise InputError(f"rng must be a seed of at least 0 or a numpy Generator, got {rng!r}")
-    return int(rng)
 
 
 def _searched(work: Work, starts: int, progress: Told | None) -> SingularityAtlas:
     interrupted = False
     try:
-        for done, total in _steps(work, starts):
-            if progress is not None:
-                progress(done, total)
+        _search(work, starts, progress)
     except KeyboardInterrupt:
         interrupted = True
     strata = make_rows(work.facts, work.leaves, work.rng(0, 9))
@@ -113,20 +111,18 @@ def _searched(work: Work, starts: int, progress: Told | None) -> SingularityAtla
     )
 
 
-def _steps(work: Work, starts: int) -> Iterator[tuple[int, int]]:
-    """The work, step by step: every corank is searched and read, proved if it can be, and held out."""
+def _search(work: Work, starts: int, progress: Told | None) -> None:
+    """The work, step by step: every corank is searched, proved if it can be and read, then all are held out."""
     wanted = [work.settings.corank] if work.settings.corank else list(range(1, work.facts.chain.m + 1))
-    searched: list[int] = []
-    for corank in wanted:
-        yield len(searched), 3 * len(wanted)
-        searched.append(corank)
-        known = read_corank(work, corank, starts)
-        if work.settings.certified:
-            known |= prove(work, corank)
-        if not known:
+    chunks = len(parts(starts, CHUNK))
+    steps = chunks + 2  # and a proof, and the reading
+    work.tally = Tally(progress, len(wanted) * (steps + chunks))
+    begin(work, wanted, starts)
+    for index, corank in enumerate(wanted):
+        work.tally.reach(index * steps)
+        if not read_corank(work, corank, starts):
+            wanted = wanted[: index + 1]
             break
-    done = [corank for corank in searched if work.of(corank)]
-    for position, corank in enumerate(done):
-        yield len(searched) + position, len(searched) + len(done)
-        hold_out(work, corank, starts)
-    yield 1, 1
+    work.tally.reach(work.tally.total - len(wanted) * chunks)
+    hold_out(work, [corank for corank in wanted if work.of(corank)], starts)
+    work.tally.reach(work.tally.total)

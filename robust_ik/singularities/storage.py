@@ -17,13 +17,14 @@ from robust_ik.rows import checked_rows
 from robust_ik.singularities.angles import Angle
 from robust_ik.singularities.atlas import Settings, SingularityAtlas
 from robust_ik.singularities.confidence import Evidence, Status
+from robust_ik.singularities.coranks import judged
 from robust_ik.singularities.facts import RobotFacts
 from robust_ik.singularities.kinematics import ScrewChain
 from robust_ik.singularities.lost import lost_along
 from robust_ik.singularities.relations import Factor, Relation
 from robust_ik.singularities.rereading import reread
 from robust_ik.singularities.strata import Condition, Stratum
-from robust_ik.singularities.work import judged, work_of
+from robust_ik.singularities.work import work_of
 
 FORMAT, VERSION = "robust_ik singularity atlas", 2
 LARGEST_FILE = 64_000_000

@@ -1,0 +1,74 @@
+"""Scenarios with several methods each, run side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+
+from robust_ik.errors import InputError, listed
+from robust_ik.progress import Told
+from robust_ik.scenario import Method, Scenario
+from robust_ik.simulation import simulate
+from robust_ik.sweeping import run_pieces
+from robust_ik.trajectory import Trajectory
+
+
+def compare(
+    scenarios: Scenario | Sequence[Scenario],
+    methods: Mapping[str, Method] | None = None,
+    *,
+    executor: Executor | None = None,
+    progress: Told | None = None,
+) -> dict[str, dict[str, Trajectory]]:
+    """Runs every scenario with every method.
+
+    Args:
+        scenarios: One or several, each of another name.
+        methods: Inverses or resolvers by label; by default those that each scenario names.
+        executor: Who runs them, any `concurrent.futures.Executor`; by default this process. The runs are the same, to
+            the last bit, but for the time that a step took.
+        progress: Called with (runs done, runs in all).
+
+    Returns:
+        Runs by scenario and label: `runs["xarm7_line"]["J-PARSE"]`.
+
+    Raises:
+        InputError: Two scenarios have the same name, there is no method to run, or a parameter cannot be meant.
+    """
+    given = [scenarios] if isinstance(scenarios, Scenario) else list(scenarios)
+    names = [scenario.name for scenario in given]
+    if len(set(names)) < len(names):
+        raise InputError(f"each scenario needs a name of its own, got {listed(names)}")
+    pieces = [piece for scenario in given for piece in _runs_of(scenario, methods)]
+    runs: dict[str, dict[str, Trajectory]] = {name: {} for name in names}
+    for piece, run in zip(pieces, run_pieces(_Run.run, pieces, executor, progress)):
+        # A worker's robot is a copy.
+        runs[piece.scenario.name][piece.label] = replace(run, robot=piece.scenario.robot)
+    return runs
+
+
+@dataclass(frozen=True, eq=False)
+class _Run:
+    """One scenario with one method."""
+
+    scenario: Scenario
+    label: str
+    method: Method
+
+    def run(self) -> Trajectory:
+        """The run, called by the method's label; it shows no progress of its own."""
+        return replace(simulate(self.scenario, self.method, progress=_untold), name=self.label)
+
+
+def _runs_of(scenario: Scenario, methods: Mapping[str, Method] | None) -> list[_Run]:
+    chosen = replace(scenario, methods=scenario.methods if methods is None else methods).methods  # checked
+    if not chosen:
+        raise InputError(f"{scenario.name} names no methods: name some")
+    # Every run carries its own method only: what cannot be sent to a worker in the others is no matter.
+    alone = replace(scenario, methods={})
+    return [_Run(alone, label, method) for label, method in chosen.items()]
+
+
+def _untold(done: int, total: int) -> None:
+    """Progress that nobody is told of."""

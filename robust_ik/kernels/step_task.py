@@ -1,0 +1,98 @@
+"""The task of a control step: J and ẋ in the wanted rows, scaled."""
+
+from __future__ import annotations
+
+import math
+
+from robust_ik.kernels import program as p
+from robust_ik.kernels.compiling import called, inlined
+from robust_ik.kernels.kinematics import MOST_JOINTS, SIX, TWELVE, place
+from robust_ik.kernels.lanes import Number
+from robust_ik.kernels.motion import add_columns, joint_twists
+from robust_ik.kernels.packing import CIRCLING, CONFIGURATION, FOLLOWING, INDEPENDENT, KIND, PLACE, STRIDE
+from robust_ik.kernels.packing import HEAD as CHAIN_HEAD
+from robust_ik.kernels.packing import JOINTS as COUNT_OF_JOINTS
+from robust_ik.kernels.stack import ONE, W16, Pointer, Sizes, each_lane, further, lanes_of, stack
+
+DONE, NOT_FINITE, OFF_CIRCLE, TOO_LARGE, WRONG_LENGTH = 0, 1, 2, 3, 4
+"""What a step returns."""
+CIRCLE = 2e-6
+"""How far cos² + sin² may be from 1."""
+
+
+@inlined
+def check(program: Pointer, q: Pointer, twist: Pointer) -> int:
+    """Whether a step can be made from these."""
+    chain = further(program, int(program[p.CHAIN]))
+    total = 0.0
+    for i in range(int(chain[CONFIGURATION])):
+        total += q[i] * 0.0
+    for i in range(int(program[p.ROWS])):
+        total += twist[i] * 0.0
+    if math.isnan(total):
+        return NOT_FINITE
+    for i in range(int(chain[COUNT_OF_JOINTS])):
+        at = CHAIN_HEAD + i * STRIDE
+        kind = chain[at + KIND]
+        if kind == CIRCLING or kind >= FOLLOWING:
+            c, s = q[int(chain[at + PLACE])], q[int(chain[at + PLACE]) + 1]
+            if abs(c * c + s * s - 1.0) > CIRCLE:
+                return OFF_CIRCLE
+    return DONE
+
+
+@inlined
+def task(
+    program: Pointer, q: Pointer, twist: Pointer, count: int, J: Pointer, x: Pointer, width: Sizes, zero: Number
+) -> None:
+    """J and ẋ of some steps, in the task rows and scaled by the weights: m rows of `width`, and m numbers."""
+    P, L, m = len(width), lanes_of(zero), int(program[p.ROWS])
+    chain = further(program, int(program[p.CHAIN]))
+    axes, end = stack(zero, MOST_JOINTS, SIX), stack(zero, ONE, TWELVE)
+    place(chain, q, count, axes, end, zero)
+    joint_twists(chain, axes, end, axes, int(program[p.REFERENCE]), zero)
+    for i in range(6 * P):
+        J[i] = zero
+    add_columns(chain, axes, J, P)
+    lanes = each_lane(x)
+    for lane in range(count):
+        for r in range(m):
+            lanes[r * L + lane] = twist[lane * m + r]
+    if m < 6:
+        for r in range(m):
+            row = int(program[p.ROW + r])
+            for c in range(P):
+                J[r * P + c] = J[row * P + c]
+    if program[p.TASK] > 0.0:
+        scale_rows(further(program, int(program[p.TASK])), m, J, P, zero)
+        scale_rows(further(program, int(program[p.TASK])), m, x, 1, zero)
+    if program[p.JOINTS] > 0.0:
+        scale_columns(further(program, int(program[p.JOINTS])), int(chain[INDEPENDENT]), J, m, P, zero)
+
+
+@called
+def scale_rows(factor: Pointer, m: int, J: Pointer, width: int, zero: Number) -> None:
+    """J = factor · J, of m rows."""
+    room = stack(zero, ONE, W16)
+    for c in range(width):
+        for i in range(m):
+            room[i] = J[i * width + c]
+        for r in range(m):
+            total = zero
+            for i in range(m):
+                total = total + factor[r * m + i] * room[i]
+            J[r * width + c] = total
+
+
+@called
+def scale_columns(factor: Pointer, n: int, J: Pointer, m: int, width: int, zero: Number) -> None:
+    """J = J · factor, of n columns and m rows."""
+    room = stack(zero, ONE, W16)
+    for r in range(m):
+        for i in range(n):
+            room[i] = J[r * width + i]
+        for c in range(n):
+            total = zero
+            for i in range(n):
+                total = total + room[i] * factor[i * n + c]
+            J[r * width + c] = total

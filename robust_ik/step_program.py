@@ -1,0 +1,193 @@
+"""What a step does as numbers for compiled code, and what does it in Python where an inverse is not compiled."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import TypeGuard
+
+import numpy as np
+
+from robust_ik.chain import Chain, number_of
+from robust_ik.checks import Array, readonly
+from robust_ik.inverses import EDLS, DampedLeastSquares, RobustInverse, SingularValueFilter, Weighted
+from robust_ik.inverses.gain_formula import GainFormula
+from robust_ik.kernels import program as p
+from robust_ik.linalg import null_projector
+from robust_ik.problem import TaskEquation
+from robust_ik.rows import ROWS
+
+MOST_JOINTS = 16
+"""Robots with more are stepped in Python."""
+
+Step = Callable[..., int]
+"""(q, twist, out) or (q, twist, secondary, out) → status."""
+
+
+@dataclass(frozen=True, eq=False)
+class Program:
+    """The functions that make a step, for vectors that fit; each returns 0 where all went well.
+
+    Attributes:
+        n: Joints.
+        nq: Length of q.
+        m: Task rows.
+        compiled: Whether a step is one compiled call.
+        careful: Whether what does not fit raises TypeError or gives a status.
+        step: (q, twist, out).
+        step_beside: (q, twist, secondary, out).
+        steps: (q, twists, secondary or none of them, out), a row each.
+    """
+
+    n: int
+    nq: int
+    m: int
+    compiled: bool
+    careful: bool
+    step: Step
+    step_beside: Step
+    steps: Step
+
+    @classmethod
+    def of(cls, chain: Chain, inverse: RobustInverse, reference: str, rows: Sequence[str]) -> Program:
+        """The program of a chain and an inverse."""
+        size = chain.n, chain.nq, len(rows)
+        number_of(reference)  # refuses what is no reference
+        inner, task, joints = _unwrapped(inverse, len(rows), chain.n)
+        if chain.n > MOST_JOINTS or not _rewrites_only_sigma(inner):
+            return cls(*size, False, False, *_in_python(chain, inverse, reference, rows))
+        address = _address(inner)
+        written = _written(chain, inner, reference, rows, task, joints, address or 0)
+        if address is not None:
+            return cls(*size, True, True, *_compiled(written, chain.n))
+        many = _in_python(chain, inverse, reference, rows)[-1]
+        return cls(*size, False, True, *_half_compiled(written, inner, size, joints), many)
+
+
+def _unwrapped(inverse: RobustInverse, m: int, n: int) -> tuple[RobustInverse, Array | None, Array | None]:
+    """What Weighted wraps, and its factors; None where there are none."""
+    if not isinstance(inverse, Weighted):
+        return inverse, None, None
+    task, joints = inverse.factors(m, n)
+    scaled = inverse.task_weights is not None or inverse.length_scale is not None
+    return inverse.inverse, task if scaled else None, joints if inverse.joint_weights is not None else None
+
+
+def _rewrites_only_sigma(inverse: RobustInverse) -> TypeGuard[SingularValueFilter]:
+    """Whether `gains` says all of an inverse."""
+    if not isinstance(inverse, SingularValueFilter) or inverse.needs_hessian:
+        return False
+    kind = type(inverse)
+    plain = kind.velocity is RobustInverse.velocity or isinstance(inverse, EDLS)
+    return plain and kind.solve is SingularValueFilter.solve and kind.begin is RobustInverse.begin
+
+
+def _address(inverse: SingularValueFilter) -> int | None:
+    """Of the compiled formula, or None where there is none or it cannot be compiled."""
+    if not isinstance(inverse, GainFormula) or type(inverse).gains is not GainFormula.gains:
+        return None
+    from robust_ik.kernels.formulas import address_of  # imports Numba, half a second: only where it is needed
+
+    return address_of(type(inverse).formula)
+
+
+def _written(
+    chain: Chain,
+    inverse: SingularValueFilter,
+    reference: str,
+    rows: Sequence[str],
+    task: Array | None,
+    joints: Array | None,
+    address: int,
+) -> Array:
+    """What the kernel reads; see `kernels.program`."""
+    head = np.zeros(p.HEAD)
+    head[p.ROWS] = len(rows)
+    head[p.ROW : p.ROW + len(rows)] = [ROWS.index(row) for row in rows]
+    head[p.METHOD], head[p.ADDRESS], head[p.REFERENCE] = p.FORMULA, address, number_of(reference)
+    if type(inverse) is DampedLeastSquares:
+        head[p.METHOD], head[p.DAMPING] = p.DAMPED, inverse.squared_damping
+    parts: list[Array] = [head]
+
+    def add(place: int, part: Array) -> None:
+        head[place] = sum(map(len, parts))
+        parts.append(part)
+
+    add(p.PARAMETERS, np.array(inverse.parameters if isinstance(inverse, GainFormula) else (), dtype=float))
+    if task is not None:
+        add(p.TASK, task.ravel())
+    if joints is not None:
+        add(p.JOINTS, np.concatenate([joints.ravel(), np.linalg.inv(joints).ravel()]))
+    add(p.CHAIN, chain.packed)
+    return readonly(np.concatenate(parts))
+
+
+def _compiled(written: Array, n: int) -> tuple[Step, Step, Step]:
+    from robust_ik.kernels import step_entries as entries
+
+    kernels = (
+        (entries.step_8, entries.beside_8, entries.steps_8)
+        if n <= 8
+        else (entries.step_16, entries.beside_16, entries.steps_16)
+    )
+    step, beside, steps = (partial(kernel.compiled, written) for kernel in kernels)
+    return step, beside, steps
+
+
+def _half_compiled(
+    written: Array, inverse: SingularValueFilter, size: tuple[int, int, int], joints: Array | None
+) -> tuple[Step, Step]:
+    """All but the gains compiled."""
+    from robust_ik.kernels import step_entries as entries
+
+    n, _, m = size
+    k = min(m, n)
+    factor = partial((entries.factor_8 if n <= 8 else entries.factor_16).compiled, written)
+    back = None if joints is None else np.linalg.inv(joints)
+
+    def beside(q: Array, twist: Array, secondary: Array | None, out: Array) -> int:
+        if type(out) is not np.ndarray or out.dtype != float or out.shape != (n,) or not out.flags.c_contiguous:
+            raise TypeError
+        if secondary is not None and np.shape(secondary) != (n,):
+            raise TypeError
+        s, x, Vt = np.empty(k), np.empty(k), np.empty((k, n))
+        status = factor(q, twist, s, x, Vt)
+        if status:
+            return int(status)
+        found = (inverse.gains(s) * x) @ Vt
+        if secondary is not None:
+            rest = secondary if back is None else back @ secondary
+            for v in Vt:
+                rest = rest - (v @ rest) * v
+            found = found + rest
+        out[:] = found if joints is None else joints @ found
+        return 0 if np.isfinite(out).all() else 1
+
+    return lambda q, twist, out: beside(q, twist, None, out), beside
+
+
+def _in_python(chain: Chain, inverse: RobustInverse, reference: str, rows: Sequence[str]) -> tuple[Step, Step, Step]:
+    """What takes any inverse: J is compiled, the inverse is asked."""
+    chosen = [ROWS.index(row) for row in rows]
+
+    def steps(q: Array, twist: Array, secondary: Array | None, out: Array) -> int:
+        J = chain.jacobians(np.asarray(q, dtype=float), reference)[..., chosen, :]
+        if inverse.needs_hessian:
+            H = chain.hessians(np.asarray(q, dtype=float), reference)[..., chosen, :, :]
+            found = inverse.velocity(TaskEquation(J, np.asarray(twist), np.zeros(np.shape(twist)), H))
+        else:
+            found = inverse.solve(J, twist)
+        if secondary is not None and len(secondary):
+            found = found + _beside(J, np.asarray(secondary, dtype=float))
+        out[...] = found
+        return 0 if np.isfinite(out).all() else 1
+
+    def _beside(J: Array, secondary: Array) -> Array:
+        if not isinstance(inverse, Weighted):
+            return np.asarray((null_projector(J) @ secondary[..., None])[..., 0])
+        task, joints = inverse.factors(*J.shape[-2:])
+        scaled = null_projector(task @ J @ joints) @ (np.linalg.inv(joints) @ secondary[..., None])
+        return np.asarray((joints @ scaled)[..., 0])
+
+    return lambda q, twist, out: steps(q, twist, None, out), steps, steps

@@ -1,0 +1,198 @@
+"""Stepper: a control step in one compiled call."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, NoReturn
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robust_ik.checks import Array, as_array
+from robust_ik.errors import InputError
+from robust_ik.inverses import DampedLeastSquares, RobustInverse
+from robust_ik.robot import Reference, Robot
+from robust_ik.rows import checked_rows
+from robust_ik.step_program import Program
+
+SIDE_BY_SIDE = 8
+"""Steps that are done at once: threads get whole multiples of it."""
+
+
+class Stepper:
+    """Joint velocities for a twist, as fast as Python can call: kinematics, decomposition and filter compiled together.
+
+    With DampedLeastSquares it takes about a microsecond, with another filter about two, to which a `gains` that is not
+    a GainFormula, written in Python, adds a few more. Any other inverse works too, at the speed of its `solve`. What
+    is compiled is compiled here, never in a step.
+
+    Attributes:
+        robot: Whose tip or frame moves.
+        inverse: What inverts the Jacobian; Weighted is one of them.
+        compiled: Whether a step is one compiled call.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        inverse: RobustInverse | None = None,
+        *,
+        frame: str | None = None,
+        reference: Reference = "local_world_aligned",
+        rows: Sequence[str] | None = None,
+    ) -> None:
+        """Prepares the step.
+
+        Args:
+            robot: Any robot.
+            inverse: By default DampedLeastSquares().
+            frame: Link or joint that moves; default the tip.
+            reference: Of the twist; see `Robot.jacobian`.
+            rows: Task rows, of x y z wx wy wz; default the robot's.
+
+        Raises:
+            InputError: The inverse is none, or there is no such reference or row.
+            FrameNotFoundError: There is no such frame.
+        """
+        self.robot = robot
+        self.inverse = DampedLeastSquares() if inverse is None else inverse
+        if not isinstance(self.inverse, RobustInverse):
+            raise InputError(f"inverse must be a RobustInverse, got {inverse!r}")
+        self._made_of = (frame, reference, robot.rows if rows is None else checked_rows(rows))
+        self._program = Program.of(robot.chain(frame), self.inverse, reference, self._made_of[2])
+        self.compiled = self._program.compiled
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _again, (self.robot, self.inverse, *self._made_of)
+
+    def __repr__(self) -> str:
+        return f"Stepper({self.robot.name!r}, {self.inverse!r}, rows={' '.join(self._made_of[2])})"
+
+    def step(
+        self, q: ArrayLike, twist: ArrayLike, out: Array | None = None, secondary: ArrayLike | None = None
+    ) -> Array:
+        """Joint velocities that give the tip a twist.
+
+        Args:
+            q: Configuration, (nq,).
+            twist: In the task rows, (m,): m/s and rad/s.
+            out: Where to write q̇, (n,), contiguous doubles; with it, and with q and twist like it, nothing is
+                allocated.
+            secondary: Joint velocities wanted beside the task, (n,): what of them moves the task nowhere is added,
+                (I − V Vᵀ) of them, V of all singular directions; of Weighted in its scaled coordinates.
+
+        Returns:
+            q̇, (n,), rad/s or m/s: `out` where that is given.
+
+        Raises:
+            InputError: Something has the wrong shape or type, or is NaN or infinite.
+        """
+        if out is None:
+            out = np.empty(self._program.n)
+        if not self._program.careful:
+            return self._converted(q, twist, out, secondary)
+        try:
+            if secondary is None:
+                status = self._program.step(q, twist, out)
+            else:
+                status = self._program.step_beside(q, twist, secondary, out)
+        except TypeError:
+            return self._converted(q, twist, out, secondary)
+        if status:
+            self._refuse(q, twist, out, secondary)
+        return out
+
+    def steps(
+        self,
+        q: ArrayLike,
+        twists: ArrayLike,
+        out: Array | None = None,
+        secondary: ArrayLike | None = None,
+        *,
+        threads: int = 1,
+    ) -> Array:
+        """Many independent steps, the same bits as one by one.
+
+        Args:
+            q: Configurations, (N, nq).
+            twists: (N, m).
+            out: Where to write, (N, n), contiguous doubles.
+            secondary: As for `step`, (N, n).
+            threads: How many threads share them; compiled code lets others run.
+
+        Returns:
+            q̇, (N, n).
+
+        Raises:
+            InputError: As for `step`.
+        """
+        size = self._program
+        q, twists = as_array(q, "q", (size.nq,)), as_array(twists, "twists", (size.m,))
+        if q.ndim != 2 or q.shape[:1] != twists.shape[:-1]:
+            raise InputError(f"q (N, {size.nq}) and twists (N, {size.m}) are needed, got {q.shape} and {twists.shape}")
+        if isinstance(threads, bool) or not isinstance(threads, (int, np.integer)) or threads < 1:
+            raise InputError(f"threads must be a whole number of at least 1, got {threads!r}")
+        self.robot.joint_values(q)  # refuses what is no configuration
+        beside = np.empty((0, size.n)) if secondary is None else as_array(secondary, "secondary", (size.n,))
+        if secondary is not None and beside.shape != (len(q), size.n):
+            raise InputError(f"secondary must have shape ({len(q)}, {size.n}), got {beside.shape}")
+        out = np.empty((len(q), size.n)) if out is None else _checked_out(out, (len(q), size.n))
+        q, twists, beside = (np.ascontiguousarray(each) for each in (q, twists, beside))
+        share = -(-len(q) // (int(threads) * SIDE_BY_SIDE)) * SIDE_BY_SIDE
+        parts = [slice(begin, begin + share) for begin in range(0, len(q), max(share, 1))]
+
+        def some(part: slice) -> int:
+            return size.steps(q[part], twists[part], beside[part], out[part])
+
+        if len(parts) > 1:
+            with ThreadPoolExecutor(len(parts)) as pool:
+                found = list(pool.map(some, parts))
+        else:
+            found = [some(part) for part in parts]
+        if any(found):
+            raise InputError(TOO_LARGE)
+        return out
+
+    def _converted(self, q: ArrayLike, twist: ArrayLike, out: Array, secondary: ArrayLike | None) -> Array:
+        """A step from what are no contiguous doubles, or not alike."""
+        size = self._program
+        self.robot.joint_values(q)
+        given = [as_array(q, "q", (size.nq,)), as_array(twist, "twist", (size.m,))]
+        if secondary is not None:
+            given.append(as_array(secondary, "secondary", (size.n,)))
+        for name, array in zip(("q", "twist", "secondary"), given):
+            if array.ndim != 1:
+                raise InputError(f"step takes one {name}, got shape {array.shape}; steps takes many")
+        _checked_out(out, (size.n,))
+        given = [np.array(each, dtype=float) for each in given]
+        status = size.step(*given, out) if secondary is None else size.step_beside(*given, out)
+        if status:
+            self._refuse(given[0], given[1], out, secondary)
+        return out
+
+    def _refuse(self, q: ArrayLike, twist: ArrayLike, out: Array, secondary: ArrayLike | None) -> NoReturn:
+        """Says why a step was not made."""
+        self.robot.joint_values(q)
+        as_array(twist, "twist", (self._program.m,))
+        if secondary is not None:
+            as_array(secondary, "secondary", (self._program.n,))
+        _checked_out(out, (self._program.n,))
+        raise InputError(TOO_LARGE)
+
+
+TOO_LARGE = "the joint velocities are too large to be numbers; out has no meaning"
+
+
+def _again(
+    robot: Robot, inverse: RobustInverse, frame: str | None, reference: Reference, rows: Sequence[str]
+) -> Stepper:
+    return Stepper(robot, inverse, frame=frame, reference=reference, rows=rows)
+
+
+def _checked_out(out: Array, shape: tuple[int, ...]) -> Array:
+    good = isinstance(out, np.ndarray) and out.dtype == np.float64 and out.shape == shape
+    if not (good and out.flags.c_contiguous and out.flags.writeable):
+        what = f"{out.dtype} of shape {out.shape}" if isinstance(out, np.ndarray) else repr(out)
+        raise InputError(f"out must be a writable, contiguous array of doubles of shape {shape}, got {what}")
+    return out

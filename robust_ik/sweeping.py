@@ -1,0 +1,160 @@
+"""Many independent pieces of work, done here, in processes or on a cluster, with the same results to the last bit.
+
+A piece is a function of its argument alone: what is random in it comes from a seed in the argument, and how the work is
+split never depends on who does it. It then does not matter which worker does a piece, in what order, or how often.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import signal
+import warnings
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, ProcessPoolExecutor
+from contextlib import closing, contextmanager
+from queue import SimpleQueue
+from typing import TypeVar
+
+import numpy as np
+
+from robust_ik.errors import InputError
+from robust_ik.progress import Told
+
+Piece = TypeVar("Piece")
+Result = TypeVar("Result")
+
+LOST = (BrokenExecutor, CancelledError, OSError, EOFError)
+"""What a future fails with where its worker is gone, or the way to it. A piece's own error may be among them: it shows
+when the piece is done again."""
+KILLED = "KilledWorker"
+"""What dask calls a piece that several workers died of; it is known by its name, since dask need not be installed."""
+
+
+def run_pieces(
+    function: Callable[[Piece], Result],
+    pieces: Iterable[Piece],
+    executor: Executor | None = None,
+    progress: Told | None = None,
+) -> list[Result]:
+    """function(piece) of every piece, in their order.
+
+    A piece that is lost because its worker died is done again, in this process, and a warning says so.
+
+    Args:
+        function: Of one argument, and of nothing else; processes must be able to import it.
+        pieces: Its arguments. Thousands at the most, of a tenth of a second's work or more: each travels by itself.
+        executor: Who does it: any `concurrent.futures.Executor`, `dask.distributed`'s `client.get_executor()` among
+            them. By default this process, one after the other.
+        progress: Called with (pieces done, pieces in all) as they finish, in this thread.
+
+    Raises:
+        InputError: The executor is none.
+        Exception: What a piece raised. As with Ctrl-C, pieces that have not begun are then cancelled.
+    """
+    if executor is not None and not isinstance(executor, Executor):
+        raise InputError(f"executor must be a concurrent.futures.Executor or None, got {executor!r}")
+    todo = list(pieces)
+    results: dict[int, Result] = {}
+    with closing(_finished(function, todo, executor)) as finished:
+        for index, result in finished:
+            results[index] = result
+            if progress is not None:
+                progress(len(results), len(todo))
+    return [results[index] for index in range(len(todo))]
+
+
+def _finished(
+    function: Callable[[Piece], Result], todo: Sequence[Piece], executor: Executor | None
+) -> Generator[tuple[int, Result], None, None]:
+    """Results with their places, as they come."""
+    done = set()
+    if executor is not None:
+        with closing(_sent(function, todo, executor)) as sent:
+            for index, result in sent:
+                done.add(index)
+                yield index, result
+        if len(done) < len(todo):
+            lost = f"{len(todo) - len(done)} of {len(todo)} pieces were lost with their workers"
+            warnings.warn(f"{lost}: they are done again in this process", RuntimeWarning, stacklevel=3)
+    for index, piece in enumerate(todo):
+        if index not in done:
+            yield index, function(piece)
+
+
+def _sent(
+    function: Callable[[Piece], Result], todo: Sequence[Piece], executor: Executor
+) -> Generator[tuple[int, Result], None, None]:
+    """Results from an executor, those that it does not lose."""
+    places: dict[Future[Result], int] = {}
+    finished: SimpleQueue[Future[Result]] = SimpleQueue()
+    try:
+        for index, piece in enumerate(todo):
+            try:
+                future = executor.submit(function, piece)
+            except BrokenExecutor:
+                break
+            places[future] = index
+            # Not `as_completed`: that waits for ever for what another thread's shutdown has cancelled.
+            future.add_done_callback(finished.put)
+        for _ in range(len(places)):
+            future = finished.get()
+            try:
+                result = future.result()
+            except Exception as error:
+                if isinstance(error, LOST) or type(error).__name__ == KILLED:
+                    continue
+                raise
+            yield places[future], result
+    finally:
+        for future in places:
+            future.cancel()
+
+
+def parts(count: int, most: int) -> list[int]:
+    """A count in parts of `most` and a rest: the same for every number of workers."""
+    return [min(most, count - first) for first in range(0, count, most)]
+
+
+def seed_of(rng: np.random.Generator | int | None, default: int = 0) -> int:
+    """The seed that pieces derive theirs from.
+
+    Args:
+        rng: It itself, a generator to draw one from, or None.
+        default: What None stands for.
+
+    Raises:
+        InputError: It is none of these.
+    """
+    if isinstance(rng, np.random.Generator):
+        return int(rng.integers(2**31))
+    if rng is None:
+        return default
+    if isinstance(rng, bool) or not isinstance(rng, (int, np.integer)) or rng < 0:
+        raise InputError(f"rng must be a seed of at least 0 or a numpy Generator, got {rng!r}")
+    return int(rng)
+
+
+@contextmanager
+def process_pool(workers: int) -> Iterator[Executor | None]:
+    """So many processes of this machine for as long as the context lasts; None, which is this process, for one.
+
+    Raises:
+        InputError: There are none.
+    """
+    if isinstance(workers, bool) or not isinstance(workers, (int, np.integer)) or workers < 1:
+        raise InputError(f"workers must be a whole number of at least 1, got {workers!r}")
+    if workers == 1:
+        yield None
+        return
+    # Spawned, not forked: a fork in the midst of another thread's work may never go on.
+    context = multiprocessing.get_context("spawn")
+    pool = ProcessPoolExecutor(int(workers), mp_context=context, initializer=_leave_interrupts_to_the_caller)
+    try:
+        yield pool
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _leave_interrupts_to_the_caller() -> None:
+    """Ctrl-C reaches every process of a terminal; the one that waits for the others cancels what they do."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)

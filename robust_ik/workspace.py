@@ -1,0 +1,197 @@
+"""What an arm can do at the places that it reaches: a map of random configurations, and cells of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robust_ik.checks import Array, checked_parameter, readonly
+from robust_ik.errors import InputError, suggest
+from robust_ik.linalg import svd
+from robust_ik.progress import Told
+from robust_ik.robot import Robot
+from robust_ik.rows import checked_rows
+from robust_ik.sweeping import parts, run_pieces, seed_of
+
+COUNT, CHUNK = 20_000, 5_000
+QUANTITIES = ("smallest sigma", "manipulability", "inverse condition")
+AXES = ("x", "y", "z")
+MOST_CELLS = 10_000_000
+ON_THE_LINE = 1e-9
+"""Positions so near below the line between two cells lie on it, as a share of a cell: rounding does not move them."""
+
+
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """A quantity of a map by places: boxes of equal sides along some of the axes, everything along the others.
+
+    Attributes:
+        quantity: What was binned.
+        axes: Along which axes, c of x y z.
+        edges: Where the cells end along each, m; one more than there are cells.
+        count: Configurations in each, one array axis for each of `axes`.
+        best: The largest value in each, NaN where there is none.
+        mean: The mean value.
+    """
+
+    quantity: str
+    axes: tuple[str, ...]
+    edges: tuple[Array, ...]
+    count: NDArray[np.int_]
+    best: Array
+    mean: Array
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "edges", tuple(readonly(each) for each in self.edges))
+        object.__setattr__(self, "count", readonly(self.count, int))
+        object.__setattr__(self, "best", readonly(self.best))
+        object.__setattr__(self, "mean", readonly(self.mean))
+
+
+@dataclass(frozen=True, eq=False)
+class WorkspaceMap:
+    """N random configurations within the joint limits, where they put the tip, and what it can do there.
+
+    Attributes:
+        robot: Of whom.
+        rows: Task rows that σ are of.
+        length_scale: Length by which linear rows were divided, m.
+        seed: Of the configurations.
+        q: Configurations, (N, nq).
+        positions: Of the tip, world axes, m, (N, 3).
+        sigma: Singular values of the Jacobian, descending, (N, k).
+    """
+
+    robot: Robot
+    rows: tuple[str, ...]
+    length_scale: float
+    seed: int
+    q: Array = field(repr=False)
+    positions: Array = field(repr=False)
+    sigma: Array = field(repr=False)
+
+    def __post_init__(self) -> None:
+        for name in ("q", "positions", "sigma"):
+            object.__setattr__(self, name, readonly(getattr(self, name)))
+
+    def __len__(self) -> int:
+        return len(self.q)
+
+    @property
+    def smallest_sigma(self) -> Array:
+        """σ_k, (N,): tip speed in the weakest direction for a joint speed of 1."""
+        return self.sigma[:, -1]
+
+    @property
+    def manipulability(self) -> Array:
+        """Π σᵢ, (N,)."""
+        return np.asarray(np.prod(self.sigma, axis=1))
+
+    @property
+    def inverse_condition(self) -> Array:
+        """σ_k/σ₁, (N,): 1 where all directions are alike, 0 at a singularity."""
+        largest = self.sigma[:, 0]
+        return np.asarray(self.sigma[:, -1] / np.where(largest > 0, largest, 1.0))
+
+    def values(self, quantity: str) -> Array:
+        """One of "smallest sigma", "manipulability" and "inverse condition", (N,).
+
+        Raises:
+            InputError: There is no such quantity.
+        """
+        if quantity not in QUANTITIES:
+            raise InputError(f"there is no quantity {quantity!r}; {suggest(str(quantity), QUANTITIES)}")
+        found: Array = getattr(self, quantity.replace(" ", "_"))
+        return found
+
+    def cells(self, quantity: str = "smallest sigma", *, size: float = 0.05, axes: Sequence[str] = AXES) -> Cells:
+        """A quantity by places.
+
+        Args:
+            quantity: As for `values`.
+            size: Side of a cell, m; cells begin at multiples of it.
+            axes: Along which axes places are told apart, of x y z.
+
+        Raises:
+            InputError: There is no such quantity or axis, or the cells are too many.
+        """
+        values, size = self.values(quantity), checked_parameter("size", size, above=0)
+        if len(axes) == 0 or len(set(axes)) != len(axes) or not set(axes) <= set(AXES):
+            raise InputError(f"axes must be some of x y z, each once, got {axes!r}")
+        places = np.floor(self.positions[:, [AXES.index(axis) for axis in axes]] / size + ON_THE_LINE)
+        first = places.min(axis=0)
+        shape = places.max(axis=0) - first + 1
+        if np.prod(shape) > MOST_CELLS:
+            raise InputError(f"cells of {size:g} m are {np.prod(shape):.0f}, more than {MOST_CELLS}: take larger ones")
+        shape = shape.astype(int)
+        where = np.ravel_multi_index(tuple((places - first).astype(int).T), tuple(shape))
+        count = np.bincount(where, minlength=int(np.prod(shape)))
+        best = np.full(len(count), -np.inf)
+        np.maximum.at(best, where, values)
+        mean = np.bincount(where, values, minlength=len(count)) / np.maximum(count, 1)
+        best, mean = np.where(count > 0, best, np.nan), np.where(count > 0, mean, np.nan)
+        edges = tuple(size * (low + np.arange(number + 1)) for low, number in zip(first, shape))
+        return Cells(
+            quantity, tuple(axes), edges, count.reshape(shape), best.reshape(shape), mean.reshape(shape)
+        )  # fmt: skip
+
+
+def map_workspace(
+    robot: Robot,
+    count: int = COUNT,
+    *,
+    rng: np.random.Generator | int | None = None,
+    rows: Sequence[str] | None = None,
+    length_scale: float = 1.0,
+    executor: Executor | None = None,
+    progress: Told | None = None,
+) -> WorkspaceMap:
+    """What an arm can do where: σ of its Jacobian at random configurations within the joint limits.
+
+    Args:
+        robot: An arm with a tip.
+        count: How many configurations.
+        rng: A seed, or a generator to draw one from; by default always the same.
+        rows: Task rows, of x y z wx wy wz; default the robot's. σ of x y z are in m, those of all six mix m and rad.
+        length_scale: Length by which linear rows are divided, m.
+        executor: Who does it, any `concurrent.futures.Executor`; by default this process. The map is the same, to the
+            last bit.
+        progress: Called with (pieces done, pieces in all).
+
+    Raises:
+        TipError: The robot was loaded whole, without a tip.
+        InputError: A parameter cannot be meant.
+    """
+    if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or count < 1:
+        raise InputError(f"count must be a whole number of at least 1, got {count!r}")
+    rows = robot.rows if rows is None else checked_rows(rows)
+    length_scale = checked_parameter("length_scale", length_scale, above=0)
+    robot.pose(robot.rest)  # a robot without a tip is told here, not by a worker
+    seed, mapped = seed_of(rng), robot.with_rows(rows)
+    pieces = [
+        _Samples(mapped, length_scale, size, (seed, index)) for index, size in enumerate(parts(int(count), CHUNK))
+    ]
+    q, positions, sigma = zip(*run_pieces(_Samples.run, pieces, executor, progress))
+    return WorkspaceMap(
+        robot, rows, length_scale, seed, np.concatenate(q), np.concatenate(positions), np.concatenate(sigma)
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Samples:
+    """Some of the configurations, with a seed of their own."""
+
+    robot: Robot
+    length_scale: float
+    count: int
+    seed: tuple[int, ...]
+
+    def run(self) -> tuple[Array, Array, Array]:
+        """Configurations, positions and σ."""
+        q = self.robot.random(np.random.default_rng(self.seed), self.count)
+        lengths = np.array([self.length_scale if row in AXES else 1.0 for row in self.robot.rows])
+        return q, self.robot.pose(q)[:, :3, 3], svd(self.robot.jacobian(q) / lengths[:, None]).s
