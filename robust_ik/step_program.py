@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import TypeGuard
 
 import numpy as np
@@ -22,12 +21,14 @@ MOST_JOINTS = 16
 """Robots with more are stepped in Python."""
 
 Step = Callable[..., int]
-"""(q, twist, out) or (q, twist, secondary, out) → status."""
+"""(address, q, twist, out) or (address, q, twist, secondary, out) → status."""
 
 
 @dataclass(frozen=True, eq=False)
 class Program:
-    """The functions that make a step, for vectors that fit; each returns 0 where all went well.
+    """The functions that make a step, each with the address of what is written first; 0 where all went well.
+
+    Those that are compiled, or nearly, raise TypeError for what are no contiguous doubles.
 
     Attributes:
         n: Joints.
@@ -35,9 +36,10 @@ class Program:
         m: Task rows.
         compiled: Whether a step is one compiled call.
         careful: Whether what does not fit raises TypeError or gives a status.
-        step: (q, twist, out).
-        step_beside: (q, twist, secondary, out).
-        steps: (q, twists, secondary or none of them, out), a row each.
+        written: What compiled code reads.
+        step: (address, q, twist, out).
+        step_beside: (address, q, twist, secondary, out).
+        steps: (address, q, twists, secondary or none of them, out), a row each.
     """
 
     n: int
@@ -45,6 +47,7 @@ class Program:
     m: int
     compiled: bool
     careful: bool
+    written: Array
     step: Step
     step_beside: Step
     steps: Step
@@ -56,13 +59,18 @@ class Program:
         number_of(reference)  # refuses what is no reference
         inner, task, joints = _unwrapped(inverse, len(rows), chain.n)
         if chain.n > MOST_JOINTS or not _rewrites_only_sigma(inner):
-            return cls(*size, False, False, *_in_python(chain, inverse, reference, rows))
+            return cls(*size, False, False, np.empty(0), *_in_python(chain, inverse, reference, rows))
         address = _address(inner)
         written = _written(chain, inner, reference, rows, task, joints, address or 0)
         if address is not None:
-            return cls(*size, True, True, *_compiled(written, chain.n))
+            return cls(*size, True, True, written, *_compiled(chain.n))
         many = _in_python(chain, inverse, reference, rows)[-1]
-        return cls(*size, False, True, *_half_compiled(written, inner, size, joints), many)
+        return cls(*size, False, True, written, *_half_compiled(inner, size, joints), many)
+
+    @property
+    def address(self) -> int:
+        """Of what compiled code reads; it stays where it is as long as this exists."""
+        return int(self.written.ctypes.data)
 
 
 def _unwrapped(inverse: RobustInverse, m: int, n: int) -> tuple[RobustInverse, Array | None, Array | None]:
@@ -123,7 +131,7 @@ def _written(
     return readonly(np.concatenate(parts))
 
 
-def _compiled(written: Array, n: int) -> tuple[Step, Step, Step]:
+def _compiled(n: int) -> tuple[Step, Step, Step]:
     from robust_ik.kernels import step_entries as entries
 
     kernels = (
@@ -131,28 +139,26 @@ def _compiled(written: Array, n: int) -> tuple[Step, Step, Step]:
         if n <= 8
         else (entries.step_16, entries.beside_16, entries.steps_16)
     )
-    step, beside, steps = (partial(kernel.compiled, written) for kernel in kernels)
+    step, beside, steps = (kernel.compiled for kernel in kernels)
     return step, beside, steps
 
 
-def _half_compiled(
-    written: Array, inverse: SingularValueFilter, size: tuple[int, int, int], joints: Array | None
-) -> tuple[Step, Step]:
+def _half_compiled(inverse: SingularValueFilter, size: tuple[int, int, int], joints: Array | None) -> tuple[Step, Step]:
     """All but the gains compiled."""
     from robust_ik.kernels import step_entries as entries
 
     n, _, m = size
     k = min(m, n)
-    factor = partial((entries.factor_8 if n <= 8 else entries.factor_16).compiled, written)
+    factor = (entries.factor_8 if n <= 8 else entries.factor_16).compiled
     back = None if joints is None else np.linalg.inv(joints)
 
-    def beside(q: Array, twist: Array, secondary: Array | None, out: Array) -> int:
+    def beside(address: int, q: Array, twist: Array, secondary: Array | None, out: Array) -> int:
         if type(out) is not np.ndarray or out.dtype != float or out.shape != (n,) or not out.flags.c_contiguous:
             raise TypeError
         if secondary is not None and np.shape(secondary) != (n,):
             raise TypeError
         s, x, Vt = np.empty(k), np.empty(k), np.empty((k, n))
-        status = factor(q, twist, s, x, Vt)
+        status = factor(address, q, twist, s, x, Vt)
         if status:
             return int(status)
         found = (inverse.gains(s) * x) @ Vt
@@ -164,14 +170,14 @@ def _half_compiled(
         out[:] = found if joints is None else joints @ found
         return 0 if np.isfinite(out).all() else 1
 
-    return lambda q, twist, out: beside(q, twist, None, out), beside
+    return lambda address, q, twist, out: beside(address, q, twist, None, out), beside
 
 
 def _in_python(chain: Chain, inverse: RobustInverse, reference: str, rows: Sequence[str]) -> tuple[Step, Step, Step]:
     """What takes any inverse: J is compiled, the inverse is asked."""
     chosen = [ROWS.index(row) for row in rows]
 
-    def steps(q: Array, twist: Array, secondary: Array | None, out: Array) -> int:
+    def steps(_: int, q: Array, twist: Array, secondary: Array | None, out: Array) -> int:
         J = chain.jacobians(np.asarray(q, dtype=float), reference)[..., chosen, :]
         if inverse.needs_hessian:
             H = chain.hessians(np.asarray(q, dtype=float), reference)[..., chosen, :, :]
@@ -190,4 +196,4 @@ def _in_python(chain: Chain, inverse: RobustInverse, reference: str, rows: Seque
         scaled = null_projector(task @ J @ joints) @ (np.linalg.inv(joints) @ secondary[..., None])
         return np.asarray((joints @ scaled)[..., 0])
 
-    return lambda q, twist, out: steps(q, twist, None, out), steps, steps
+    return lambda address, q, twist, out: steps(address, q, twist, None, out), steps, steps

@@ -61,6 +61,9 @@ class Stepper:
             raise InputError(f"inverse must be a RobustInverse, got {inverse!r}")
         self._made_of = (frame, reference, robot.rows if rows is None else checked_rows(rows))
         self._program = Program.of(robot.chain(frame), self.inverse, reference, self._made_of[2])
+        self._address = self._program.address
+        self._step = self._program.step if self._program.careful else _unlike
+        self._step_beside = self._program.step_beside if self._program.careful else _unlike
         self.compiled = self._program.compiled
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -90,13 +93,11 @@ class Stepper:
         """
         if out is None:
             out = np.empty(self._program.n)
-        if not self._program.careful:
-            return self._converted(q, twist, out, secondary)
         try:
             if secondary is None:
-                status = self._program.step(q, twist, out)
+                status = self._step(self._address, q, twist, out)
             else:
-                status = self._program.step_beside(q, twist, secondary, out)
+                status = self._step_beside(self._address, q, twist, secondary, out)
         except TypeError:
             return self._converted(q, twist, out, secondary)
         if status:
@@ -143,7 +144,7 @@ class Stepper:
         parts = [slice(begin, begin + share) for begin in range(0, len(q), max(share, 1))]
 
         def some(part: slice) -> int:
-            return size.steps(q[part], twists[part], beside[part], out[part])
+            return size.steps(self._address, q[part], twists[part], beside[part], out[part])
 
         if len(parts) > 1:
             with ThreadPoolExecutor(len(parts)) as pool:
@@ -166,7 +167,8 @@ class Stepper:
                 raise InputError(f"step takes one {name}, got shape {array.shape}; steps takes many")
         _checked_out(out, (size.n,))
         given = [np.array(each, dtype=float) for each in given]
-        status = size.step(*given, out) if secondary is None else size.step_beside(*given, out)
+        make = size.step if secondary is None else size.step_beside
+        status = make(self._address, *given, out)
         if status:
             self._refuse(given[0], given[1], out, secondary)
         return out
@@ -182,6 +184,11 @@ class Stepper:
 
 
 TOO_LARGE = "the joint velocities are too large to be numbers; out has no meaning"
+
+
+def _unlike(*_: Any) -> int:
+    """Takes nothing as it is."""
+    raise TypeError
 
 
 def _again(

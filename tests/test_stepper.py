@@ -16,14 +16,7 @@ from tests import pinocchio_reference
 from tests.cases_filters import CASES
 from tests.cases_others import OTHER_CASES
 
-ROBOTS = ["panda", "ur5", "pa10", "xarm7", "kinova", "tiago", "talos_arm", "duleba_3r", "z1", "scara"]
-
-
-def loaded(name):
-    try:
-        return rik.load(name)
-    except rik.RobotNotFoundError:
-        pytest.skip(f"there is no {name}")
+ROBOTS = ["panda", "ur5", "pa10", "xarm7", "kinova", "tiago", "talos_arm", "duleba_3r", "z1", "planar_3r"]
 
 
 @dataclass(frozen=True)
@@ -72,7 +65,7 @@ def reference_step(robot, inverse, q, twist, rows=None, secondary=None):
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_a_step_is_pinocchios_jacobian_and_numpys_decomposition(name, rng):
-    robot = loaded(name)
+    robot = rik.load(name)
     for inverse in [rik.DampedLeastSquares(), rik.JParse(), rik.DampedLeastSquares(1e-7), Halving()]:
         stepper = rik.Stepper(robot, inverse)
         for q in robot.random(rng, 5):

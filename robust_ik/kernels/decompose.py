@@ -9,6 +9,7 @@ from robust_ik.kernels.compiling import called, filled, given, inlined, kernel
 from robust_ik.kernels.lanes import COUNT, Number, spread
 from robust_ik.kernels.orthogonal import MOST_ROWS, dot, orthogonalise
 from robust_ik.kernels.stack import NONE, ONE, W8, W16, Pointer, Sizes, by_eights, each_lane, lanes_of, stack
+from robust_ik.kernels.triangular import triangulate, uneven
 
 MOST = MOST_ROWS
 """Rows and columns that a matrix may have."""
@@ -122,6 +123,8 @@ def decompose_some(
     if Q > 0:
         for i in range(k):
             along[i * Q + i] = zero + 1.0
+    if L == 1 and uneven(J, begin, wide):
+        triangulate(A, C, k, long, width, carried)
     orthogonalise(rows, along, k, width, carried, norms, zero)
     for lane in range(count):
         e = begin + lane
@@ -165,6 +168,9 @@ def decompose(J: Array, U: Array, s: Array, Vt: Array, width: Sizes, carried: Si
     while count - begin >= TOGETHER:
         some = min(COUNT, count - begin)
         decompose_some(J, U, s, Vt, begin, some, width, carried, spread(0.0))
+        for e in range(begin, begin + some):
+            if uneven(J, e, J.shape[1] <= J.shape[2]):
+                decompose_some(J, U, s, Vt, e, 1, width, carried, 0.0)
         begin += some
     for e in range(begin, count):
         decompose_some(J, U, s, Vt, e, 1, width, carried, 0.0)

@@ -52,6 +52,16 @@ def pointer(typing_context: Any, array: Any) -> Any:
 
 
 @intrinsic
+def at_address(typing_context: Any, address: Any) -> Any:
+    """The pointer to doubles at an address that something else keeps alive."""
+
+    def codegen(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        return builder.inttoptr(values[0], ir.DoubleType().as_pointer())
+
+    return types.CPointer(types.float64)(types.int64), codegen
+
+
+@intrinsic
 def further(typing_context: Any, given: Any, index: Any) -> Any:
     """The pointer to an entry further on."""
 

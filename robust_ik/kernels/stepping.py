@@ -115,20 +115,20 @@ def step_eight(program: Pointer, q: Pointer, twist: Pointer, out: Pointer, width
 
 
 @inlined
-def many(program: Array, q: Array, twist: Array, beside: Array, out: Array, width: Sizes) -> int:
+def many(program: Pointer, q: Array, twist: Array, beside: Array, out: Array, width: Sizes) -> int:
     """A step for each row; the first status that is not DONE."""
-    read, wanted, done = pointer(program), beside.shape[0] > 0, 0
+    wanted, done = beside.shape[0] > 0, 0
     n, nq, m = out.shape[1], q.shape[1], twist.shape[1]
     from_q, from_twist, from_beside, to = pointer(q), pointer(twist), pointer(beside), pointer(out)
     while not wanted and len(q) - done >= COUNT:
         at_q, at_twist, at = further(from_q, done * nq), further(from_twist, done * m), further(to, done * n)
-        status = step_eight(read, at_q, at_twist, at, width)
+        status = step_eight(program, at_q, at_twist, at, width)
         if status != DONE:
             return status
         done += COUNT
     for e in range(done, len(q)):
         status = step_one(
-            read, further(from_q, e * nq), further(from_twist, e * m), further(from_beside, e * n), wanted,
+            program, further(from_q, e * nq), further(from_twist, e * m), further(from_beside, e * n), wanted,
             further(to, e * n), width,
         )  # fmt: skip
         if status != DONE:
