@@ -35,7 +35,7 @@ def test_the_table_of_inverses_is_the_one_that_the_code_gives():
 def test_every_public_inverse_is_in_the_table():
     public = {getattr(inverses, name) for name in inverses.__all__}
     concrete = {c for c in public if isinstance(c, type) and issubclass(c, rik.RobustInverse)}
-    assert concrete - {rik.RobustInverse, rik.SingularValueFilter} == set(inverses.CLASSES)
+    assert concrete - {rik.RobustInverse, rik.SingularValueFilter, rik.GainFormula} == set(inverses.CLASSES)
     assert {c.__name__ for c in inverses.CLASSES} <= set(rik.__all__)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import warnings
 from collections.abc import Callable
 from types import FunctionType
@@ -19,6 +20,7 @@ SIGNATURE = types.float64(*[types.float64] * 5, types.CPointer(types.float64))
 
 _callbacks: dict[Callable[..., Any], Any] = {}
 """What addresses belong to, which must not be collected; None where there is none."""
+_lock = threading.Lock()
 _known: set[FunctionType] = {where}  # type: ignore[arg-type]
 
 
@@ -32,15 +34,20 @@ def address_of(formula: Callable[..., Any]) -> int | None:
 
     It is compiled once, in this process or in an earlier one.
     """
-    if formula not in _callbacks:
-        _announce(formula)
-        try:
-            _callbacks[formula] = callback(formula, SIGNATURE)
-        except NumbaError as error:
-            reason = str(error).strip().splitlines()[0]
-            warnings.warn(f"{formula.__qualname__} cannot be compiled and stays Python: {reason}", stacklevel=4)
-            _callbacks[formula] = None
+    with _lock:  # of two threads, one must not drop what the other has the address of
+        if formula not in _callbacks:
+            _callbacks[formula] = _compiled(formula)
     return None if _callbacks[formula] is None else int(_callbacks[formula].address)
+
+
+def _compiled(formula: Callable[..., Any]) -> Any:
+    _announce(formula)
+    try:
+        return callback(formula, SIGNATURE)
+    except NumbaError as error:
+        reason = str(error).strip().splitlines()[0]
+        warnings.warn(f"{formula.__qualname__} cannot be compiled and stays Python: {reason}", stacklevel=5)
+        return None
 
 
 def _announce(function: Any) -> None:
