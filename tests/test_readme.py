@@ -28,6 +28,14 @@ def test_the_lines_of_python_run_as_printed(tmp_path, monkeypatch, capsys):
     assert capsys.readouterr().out.startswith(names["step"].status.name.lower())
 
 
+@pytest.mark.parametrize("page", ["speed.md"])
+def test_the_python_of_a_page_runs_as_printed(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    for block in re.findall(r"```python\n(.*?)```", (ROOT / "docs" / page).read_text(encoding="utf-8"), re.DOTALL):
+        exec(compile(block, page, "exec"), names)
+
+
 def test_the_table_of_inverses_is_the_one_that_the_code_gives():
     assert report.inverses_markdown(inverses.CLASSES) in README
 
