@@ -1,0 +1,107 @@
+"""What follows each measurement in a search for a pose: another step, another start, or the end.
+
+A start is given up when E has not fallen to 0.4 of what it was five steps ago (0.5 of three steps ago for the first).
+When nothing reaches the target, the best few are polished: they give the closest pose, and say whether to go on.
+"""
+
+from __future__ import annotations
+
+import math
+
+from robust_ik.kernels import pose_layout as lay
+from robust_ik.kernels import pose_memory as mem
+from robust_ik.kernels.compiling import called
+from robust_ik.kernels.pose_memory import keep, launch, polish_kept, polish_one, record
+from robust_ik.kernels.pose_polish import ROOM, SIX, TWELVE, look
+from robust_ik.kernels.pose_rank import arrange, unwind, write_configuration
+from robust_ik.kernels.pose_target import unreachable
+from robust_ik.kernels.stack import ONE, Pointer, beyond, stack
+
+WINDOW, RATIO = 5, 0.4
+FIRST_WINDOW, FIRST_RATIO = 3, 0.5
+LONGEST = 300
+"""Steps of one start at the most."""
+EARLY, LATER, LAST = 12, 48, 200
+"""Starts after which the best are polished; there are no more than LAST without a solution."""
+HOPELESS, DOUBTFUL = 0.03, 3e-3
+"""The E of the closest from which on a search ends at EARLY or at LATER."""
+
+
+@called
+def given_up(memory: Pointer, E: float) -> bool:
+    """Whether a start has fallen behind; E is remembered otherwise."""
+    n = int(memory[mem.STEP])
+    first = memory[mem.START] == 0.0
+    window, ratio = (FIRST_WINDOW, FIRST_RATIO) if first else (WINDOW, RATIO)
+    if n >= LONGEST or (n >= window and ratio * memory[mem.HISTORY + (n - window) % 6] < E):
+        return True
+    memory[mem.HISTORY + n % 6] = E
+    memory[mem.STEP] = n + 1.0
+    return False
+
+
+@called
+def over(problem: Pointer, options: Pointer, memory: Pointer, found: Pointer) -> bool:
+    """Whether a search ends with the start that ended."""
+    start, most = int(memory[mem.START]), int(options[lay.STARTS])
+    if memory[mem.SOLUTIONS] > 0.0:
+        return memory[mem.SOLUTIONS] >= options[lay.WANTED] or start >= most
+    if options[lay.THOROUGH] > 0.0:
+        return start >= most
+    if start != EARLY and start != LATER and start < LAST:
+        return False
+    polish_kept(problem, options, memory, found)
+    if memory[mem.SOLUTIONS] > 0.0:
+        return memory[mem.SOLUTIONS] >= options[lay.WANTED]
+    enough = HOPELESS if start == EARLY else DOUBTFUL
+    return bool(start >= LAST or memory[mem.BEST] > enough or unreachable(problem, beyond(memory, mem.AIM)))
+
+
+@called
+def decide(
+    problem: Pointer, options: Pointer, memory: Pointer, values: Pointer, p: float, r: float, found: Pointer
+) -> int:
+    """What follows a measurement, p and r being the squared errors: 1 to step on, 0 for a new start, −1 for the end."""
+    E = p + options[lay.SCALE] * options[lay.SCALE] * r
+    memory[mem.TOTAL] += 1.0
+    there = p <= options[lay.POSITION_TOLERANCE] ** 2 and r <= options[lay.ROTATION_TOLERANCE] ** 2
+    if not there and not given_up(memory, E):
+        return 1
+    if there:
+        record(problem, options, memory, values, p, r, found)
+    elif options[lay.THOROUGH] > 0.0:
+        polish_one(problem, options, memory, values, found)
+    elif memory[mem.SOLUTIONS] == 0.0:
+        keep(problem, options, memory, values, E)
+    memory[mem.START] += 1.0
+    if over(problem, options, memory, found):
+        return -1
+    launch(problem, options, memory, values)
+    return 0
+
+
+@called
+def finish(problem: Pointer, options: Pointer, memory: Pointer, q0: Pointer, found: Pointer, numbers: Pointer) -> None:
+    """Writes a search's results."""
+    length, count, own = int(problem[lay.LENGTH]), int(memory[mem.SOLUTIONS]), beyond(memory, mem.OWN)
+    numbers[lay.STATUS] = lay.SOLVED
+    if count == 0:
+        numbers[lay.STATUS] = lay.OUT_OF_REACH if unreachable(problem, beyond(memory, mem.AIM)) else lay.CLOSEST
+        for j in range(int(problem[lay.COUNT])):
+            found[j] = memory[mem.CLOSEST_VALUES + j]
+        unwind(problem, options, found, own)
+    elif count > 1:
+        arrange(problem, options, found, count, own, beyond(memory, mem.AIM))
+        axes, end, error = stack(0.0, ROOM, SIX), stack(0.0, ONE, TWELVE), stack(0.0, ONE, TWELVE)
+        look(problem, found, beyond(memory, mem.AIM), axes, end, error)
+        memory[mem.CLOSEST_ERROR], memory[mem.CLOSEST_ERROR + 1] = error[6], error[7]
+    for s in range(max(count, 1)):
+        write_configuration(problem, q0, beyond(found, s * length))
+    numbers[lay.POSITION_ERROR] = math.sqrt(memory[mem.CLOSEST_ERROR])
+    numbers[lay.ROTATION_ERROR] = math.sqrt(memory[mem.CLOSEST_ERROR + 1])
+    skipped = 1.0 if options[lay.PREFER] == lay.ANY else 0.0
+    numbers[lay.ITERATIONS], numbers[lay.TRIED], numbers[lay.FOUND] = (
+        memory[mem.TOTAL],
+        memory[mem.START] - skipped,
+        count,
+    )

@@ -1,0 +1,117 @@
+"""What a search for a pose remembers of its target: where it is, what it has found, the best of what failed."""
+
+from __future__ import annotations
+
+import math
+
+from robust_ik.kernels import pose_layout as lay
+from robust_ik.kernels.compiling import called
+from robust_ik.kernels.pose_polish import TWELVE, polish, reached
+from robust_ik.kernels.pose_rank import WHOLE, apart, is_new, read_configuration, unwind
+from robust_ik.kernels.pose_seeds import random_values
+from robust_ik.kernels.pose_table import bring, nearest, rate
+from robust_ik.kernels.stack import ONE, Pointer, beyond, sizes, stack
+
+TARGET, START, STEP, TOTAL, SOLUTIONS, RATED, KEPT, BEST, HISTORY = 0, 1, 2, 3, 4, 5, 6, 7, 8
+OWN, AIM = 16, 32
+"""q0's joint values; rotation and position of the target."""
+KEPT_E, KEPT_VALUES = 48, 56
+"""E of what is kept, and its joint values, 16 each."""
+CLOSEST_VALUES, CLOSEST_ERROR, DISTANCES = 184, 200, 208
+SIZE = 208 + lay.MOST_SEEDS
+MEMORY = sizes(SIZE)
+CLOSE = 0.05
+"""What is kept differs by so much, rad or m."""
+FROM_TABLE = 24
+"""Starts from the table, before random ones."""
+
+
+@called
+def begin(problem: Pointer, options: Pointer, memory: Pointer, q0: Pointer, values: Pointer) -> None:
+    """Forgets the last target and begins at q0."""
+    own = beyond(memory, OWN)
+    read_configuration(problem, q0, own)
+    memory[START], memory[STEP], memory[TOTAL], memory[SOLUTIONS] = 0.0, 0.0, 0.0, 0.0
+    memory[RATED], memory[KEPT], memory[BEST] = 0.0, 0.0, math.inf
+    for j in range(int(problem[lay.COUNT])):
+        at = lay.HEAD + j * lay.STRIDE
+        low, high, value = problem[at + lay.LOWER], problem[at + lay.UPPER], own[j]
+        if problem[at + lay.PERIODIC] > 0.0 and high - low == math.inf and abs(value) > WHOLE:
+            value -= WHOLE * math.floor(value / WHOLE + 0.5)
+        values[j] = min(max(value, low), high)
+    if options[lay.PREFER] == lay.ANY:
+        memory[START] = 1.0
+        launch(problem, options, memory, values)
+
+
+@called
+def launch(problem: Pointer, options: Pointer, memory: Pointer, values: Pointer) -> None:
+    """The joint values that the next start begins at."""
+    start, distances, aim = int(memory[START]), beyond(memory, DISTANCES), beyond(memory, AIM)
+    memory[STEP] = 0.0
+    if start > FROM_TABLE:
+        random_values(problem, int(options[lay.RANDOM]), start, values)
+        return
+    if memory[RATED] == 0.0:
+        rate(problem, aim, distances)
+        memory[RATED] = 1.0
+    bring(problem, aim, beyond(memory, OWN), nearest(problem, distances), values)
+
+
+@called
+def keep(problem: Pointer, options: Pointer, memory: Pointer, values: Pointer, E: float) -> None:
+    """Remembers where a start was given up, if it is among the best."""
+    kept = int(memory[KEPT])
+    place = kept
+    for i in range(kept):
+        if apart(problem, values, beyond(memory, KEPT_VALUES + 16 * i)) < CLOSE:
+            place = i
+    if place == kept and kept == int(options[lay.POLISHED]):
+        place = 0
+        for i in range(kept):
+            if memory[KEPT_E + i] > memory[KEPT_E + place]:
+                place = i
+    if place == kept:
+        memory[KEPT] = kept + 1.0
+    elif memory[KEPT_E + place] <= E:
+        return
+    memory[KEPT_E + place] = E
+    for j in range(int(problem[lay.COUNT])):
+        memory[KEPT_VALUES + 16 * place + j] = values[j]
+
+
+@called
+def polish_kept(problem: Pointer, options: Pointer, memory: Pointer, found: Pointer) -> None:
+    """Polishes what was kept."""
+    for i in range(int(memory[KEPT])):
+        polish_one(problem, options, memory, beyond(memory, KEPT_VALUES + 16 * i), found)
+    memory[KEPT] = 0.0
+
+
+@called
+def polish_one(problem: Pointer, options: Pointer, memory: Pointer, values: Pointer, found: Pointer) -> None:
+    """Polishes one configuration and remembers it if it is the closest, or a solution."""
+    error, scale = stack(0.0, ONE, TWELVE), options[lay.SCALE]
+    memory[TOTAL] += polish(problem, options, values, beyond(memory, AIM), error)
+    E = error[6] + scale * scale * error[7]
+    if reached(options, error):
+        record(problem, options, memory, values, error[6], error[7], found)
+    elif memory[BEST] > E and memory[SOLUTIONS] == 0.0:
+        memory[BEST], memory[CLOSEST_ERROR], memory[CLOSEST_ERROR + 1] = E, error[6], error[7]
+        for j in range(int(problem[lay.COUNT])):
+            memory[CLOSEST_VALUES + j] = values[j]
+
+
+@called
+def record(
+    problem: Pointer, options: Pointer, memory: Pointer, values: Pointer, p: float, r: float, found: Pointer
+) -> None:
+    """Adds a solution, if it is a new one; p and r are its squared errors."""
+    length, count = int(problem[lay.LENGTH]), int(memory[SOLUTIONS])
+    unwind(problem, options, values, beyond(memory, OWN))
+    if count < int(options[lay.WANTED]) and is_new(problem, options, values, found, count, length):
+        for j in range(int(problem[lay.COUNT])):
+            found[count * length + j] = values[j]
+        memory[SOLUTIONS] = count + 1.0
+        if count == 0:
+            memory[CLOSEST_ERROR], memory[CLOSEST_ERROR + 1] = p, r

@@ -1,0 +1,113 @@
+"""The closest pose near a configuration: Newton's method on E inside limits.
+
+Joints at a limit that are pushed outwards stay; a step that does not lower E is taken again with more damping.
+
+Source: Bertsekas 1982 for the limits.
+"""
+
+from __future__ import annotations
+
+from robust_ik.kernels import pose_layout as lay
+from robust_ik.kernels.compiling import called, inlined
+from robust_ik.kernels.pose_curvature import curvature
+from robust_ik.kernels.pose_error import measure
+from robust_ik.kernels.stack import ONE, W16, Pointer, sizes, stack
+
+ROUNDS = 40
+ENOUGH = 1e-10
+"""Relative fall of E that is worth no further step."""
+LEAST, MOST = 1e-12, 1e8
+ROOM, SIX, TWELVE = sizes(lay.MOST_CHAIN), sizes(6), sizes(12)
+
+
+@called
+def newton_step(H: Pointer, g: Pointer, free: Pointer, damping: float, k: int, d: Pointer) -> bool:
+    """(H + damping) d = g in the joints that are free; whether that matrix is positive definite."""
+    A, D = stack(0.0, W16, W16), stack(0.0, ONE, W16)
+    for i in range(k):
+        for j in range(i + 1):
+            together = free[i] * free[j]
+            A[16 * i + j] = H[16 * i + j] * together
+        A[17 * i] += damping if free[i] > 0.0 else 1.0
+        d[i] = g[i] * free[i]
+    for j in range(k):
+        pivot = A[17 * j]
+        for c in range(j):
+            pivot -= A[16 * j + c] ** 2 * D[c]
+        if not pivot > 1e-3 * damping:
+            return False
+        D[j] = pivot
+        for i in range(j + 1, k):
+            entry = A[16 * i + j]
+            for c in range(j):
+                entry -= A[16 * i + c] * A[16 * j + c] * D[c]
+            A[16 * i + j] = entry / pivot
+    for i in range(k):
+        for c in range(i):
+            d[i] -= A[16 * i + c] * d[c]
+    for i in range(k):
+        d[i] /= D[i]
+    for back in range(k):
+        i = k - 1 - back
+        for c in range(i + 1, k):
+            d[i] -= A[16 * c + i] * d[c]
+    return True
+
+
+@called
+def polish(problem: Pointer, options: Pointer, values: Pointer, target: Pointer, error: Pointer) -> int:
+    """Moves values to the nearest minimum of E inside limits and measures the error there; how many steps it took."""
+    k, scale = int(problem[lay.COUNT]), options[lay.SCALE]
+    axes, end = stack(0.0, ROOM, SIX), stack(0.0, ONE, TWELVE)
+    H, g, d = stack(0.0, W16, W16), stack(0.0, ONE, W16), stack(0.0, ONE, W16)
+    free, trial = stack(0.0, ONE, W16), stack(0.0, ONE, W16)
+    look(problem, values, target, axes, end, error)
+    E, damping, rounds, renew = error[6] + scale * scale * error[7], 1e-4, 0, True
+    while rounds < ROUNDS and damping < MOST:
+        if renew:
+            curvature(problem, axes, end, target, error, scale, H, g)
+            for j in range(k):
+                at = lay.HEAD + j * lay.STRIDE
+                out = (values[j] <= problem[at + lay.LOWER] and g[j] <= 0.0) or (
+                    values[j] >= problem[at + lay.UPPER] and g[j] >= 0.0
+                )
+                free[j] = 0.0 if out else 1.0
+            renew = False
+        rounds += 1
+        if not newton_step(H, g, free, damping, k, d):
+            damping = max(8.0 * damping, 1e-3)
+            continue
+        for j in range(k):
+            at = lay.HEAD + j * lay.STRIDE
+            trial[j] = min(max(values[j] + d[j], problem[at + lay.LOWER]), problem[at + lay.UPPER])
+        look(problem, trial, target, axes, end, error)
+        now = error[6] + scale * scale * error[7]
+        if not now < E:
+            damping *= 8.0
+            if E - now > -ENOUGH * E:
+                break
+            continue
+        fell = E - now
+        for j in range(k):
+            values[j] = trial[j]
+        E, renew, damping = now, True, max(damping * 0.1, LEAST)
+        if reached(options, error) or fell < ENOUGH * E:
+            break
+    look(problem, values, target, axes, end, error)
+    return rounds
+
+
+@inlined
+def reached(options: Pointer, error: Pointer) -> bool:
+    """Whether an error is within tolerances."""
+    p, r = options[lay.POSITION_TOLERANCE], options[lay.ROTATION_TOLERANCE]
+    return bool(error[6] <= p * p and error[7] <= r * r)
+
+
+@called
+def look(problem: Pointer, values: Pointer, target: Pointer, axes: Pointer, end: Pointer, error: Pointer) -> None:
+    """`measure` of one configuration."""
+    motions, cosines, sines = stack(0.0, ONE, ROOM), stack(0.0, ONE, ROOM), stack(0.0, ONE, ROOM)
+    for i in range(len(ROOM)):
+        motions[i] = 0.0
+    measure(problem, values, target, motions, cosines, sines, axes, end, error, 0.0)

@@ -1,0 +1,126 @@
+"""The search for poses, one after the other or eight side by side: measure, decide, step."""
+
+from __future__ import annotations
+
+from robust_ik.checks import Array
+from robust_ik.kernels import pose_layout as lay
+from robust_ik.kernels import pose_memory as mem
+from robust_ik.kernels.compiling import called, filled, given, kernel
+from robust_ik.kernels.lanes import Number, somewhere, spread
+from robust_ik.kernels.pose_deciding import decide, finish
+from robust_ik.kernels.pose_error import measure
+from robust_ik.kernels.pose_memory import begin
+from robust_ik.kernels.pose_polish import ROOM, SIX, TWELVE
+from robust_ik.kernels.pose_step import step
+from robust_ik.kernels.pose_target import sound
+from robust_ik.kernels.stack import ONE, W8, W16, Pointer, beyond, each_lane, lanes_of, pointer, stack
+
+
+@called
+def take(
+    problem: Pointer, options: Pointer, memory: Pointer, targets: Pointer, e: int, q0: Pointer, values: Pointer
+) -> None:
+    """Begins with target e."""
+    for r in range(3):
+        for c in range(3):
+            memory[mem.AIM + 3 * r + c] = targets[16 * e + 4 * r + c]
+        memory[mem.AIM + 9 + r] = targets[16 * e + 4 * r + 3]
+    memory[mem.TARGET] = e
+    begin(problem, options, memory, q0, values)
+
+
+@called
+def search(
+    problem: Pointer,
+    options: Pointer,
+    targets: Pointer,
+    q0: Pointer,
+    stride: int,
+    q: Pointer,
+    room: int,
+    numbers: Pointer,
+    count: int,
+    zero: Number,
+) -> None:
+    """Searches for `count` targets; a lane that is done takes the next one.
+
+    Args:
+        problem: See `pose_layout`.
+        options: The same.
+        targets: Poses, 16 numbers each.
+        q0: Where each search begins.
+        stride: From one of these to the next; 0 where all begin at the same.
+        q: Room for `room` configurations for each target; the first ones are filled.
+        room: At least the number of solutions wanted.
+        numbers: Filled with results, see `pose_layout`.
+        count: How many targets.
+        zero: 0, one or eight.
+    """
+    L, length, k = lanes_of(zero), int(problem[lay.LENGTH]), int(problem[lay.COUNT])
+    motions, cosines, sines = stack(zero, ONE, ROOM), stack(zero, ONE, ROOM), stack(zero, ONE, ROOM)
+    axes, end, error = stack(zero, ROOM, SIX), stack(zero, ONE, TWELVE), stack(zero, ONE, TWELVE)
+    values, target = stack(zero, ONE, W16), stack(zero, ONE, TWELVE)
+    J, moving, memories = stack(zero, W16, W8), stack(zero, ONE, ONE), stack(zero, ONE, mem.MEMORY)
+    own = stack(0.0, ONE, W16)
+    for i in range(len(ROOM)):
+        motions[i] = zero
+    for x in range(12):
+        target[x] = zero
+    for j in range(len(W16)):
+        values[j] = zero
+    for lane in range(L):
+        beyond(each_lane(memories), mem.SIZE * lane)[mem.TARGET] = -1.0
+    following, active = 0, 0
+    while active > 0 or following < count:
+        for lane in range(L):
+            memory = beyond(each_lane(memories), mem.SIZE * lane)
+            if memory[mem.TARGET] < 0.0 and following < count:
+                take(problem, options, memory, targets, following, beyond(q0, following * stride), own)
+                for x in range(12):
+                    each_lane(target)[x * L + lane] = memory[mem.AIM + x]
+                for j in range(k):
+                    each_lane(values)[j * L + lane] = own[j]
+                following += 1
+                active += 1
+        measure(problem, values, target, motions, cosines, sines, axes, end, error, zero)
+        for lane in range(L):
+            memory = beyond(each_lane(memories), mem.SIZE * lane)
+            e = int(memory[mem.TARGET])
+            each_lane(moving)[lane] = 0.0
+            if e >= 0:
+                for j in range(k):
+                    own[j] = each_lane(values)[j * L + lane]
+                found = beyond(q, e * room * length)
+                p, r = each_lane(error)[6 * L + lane], each_lane(error)[7 * L + lane]
+                verdict = decide(problem, options, memory, own, p, r, found)
+                if verdict > 0:
+                    each_lane(moving)[lane] = 1.0
+                elif verdict == 0:
+                    for j in range(k):
+                        each_lane(values)[j * L + lane] = own[j]
+                else:
+                    finish(problem, options, memory, beyond(q0, e * stride), found, beyond(numbers, e * lay.NUMBERS))
+                    memory[mem.TARGET] = -1.0
+                    active -= 1
+        if somewhere(moving[0] > 0.0):
+            step(problem, values, axes, end, error, options[lay.SCALE], J, moving, zero)
+
+
+@kernel(given(1), given(1), given(2), given(1), filled(2), filled(1))
+def solve_one(problem: Array, options: Array, target: Array, q0: Array, q: Array, numbers: Array) -> None:
+    """Solutions for one target, into q[0], q[1], ...; one that cannot be meant is REFUSED."""
+    pack = pointer(problem)
+    if not sound(pack, pointer(target), pointer(q0)):
+        numbers[lay.STATUS] = lay.REFUSED
+        return
+    search(pack, pointer(options), pointer(target), pointer(q0), 0, pointer(q), len(q), pointer(numbers), 1, 0.0)
+
+
+@kernel(given(1), given(1), given(3), given(2), filled(3), filled(2))
+def solve_many(problem: Array, options: Array, targets: Array, q0: Array, q: Array, numbers: Array) -> None:
+    """Solutions for many sound targets, into q[e, 0], q[e, 1], ...; eight side by side."""
+    stride = q0.shape[1] if len(q0) > 1 else 0
+    search(
+        pointer(problem), pointer(options), pointer(targets), pointer(q0), stride, pointer(q), q.shape[1],
+        pointer(numbers), len(targets), spread(0.0),
+    )  # fmt: skip
