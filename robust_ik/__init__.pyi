@@ -19,6 +19,7 @@ from robust_ik.errors import DHError as DHError
 from robust_ik.errors import FrameNotFoundError as FrameNotFoundError
 from robust_ik.errors import InputError as InputError
 from robust_ik.errors import LoadError as LoadError
+from robust_ik.errors import NotReachedError as NotReachedError
 from robust_ik.errors import RobotNotFoundError as RobotNotFoundError
 from robust_ik.errors import RobustIKError as RobustIKError
 from robust_ik.errors import TipError as TipError
@@ -75,6 +76,10 @@ from robust_ik.paths import Line as Line
 from robust_ik.paths import OutAndBack as OutAndBack
 from robust_ik.paths import Sinusoid as Sinusoid
 from robust_ik.paths import Turning as Turning
+from robust_ik.pose_ik import PoseResult as PoseResult
+from robust_ik.pose_ik import PoseResults as PoseResults
+from robust_ik.pose_ik import PoseSolver as PoseSolver
+from robust_ik.pose_ik import PoseStatus as PoseStatus
 from robust_ik.resolution import LevelResult as LevelResult
 from robust_ik.resolution import Resolution as Resolution
 from robust_ik.resolution import Status as Status

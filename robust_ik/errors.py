@@ -3,6 +3,7 @@
 ```
 RobustIKError
 ├── InputError (ValueError)        an array or a parameter that cannot be meant: shape, NaN, range
+├── NotReachedError                a pose that inverse kinematics did not reach
 ├── FrameNotFoundError (LookupError)  no frame, link or joint of that name; lists what exists
 └── LoadError (ValueError)         a robot that cannot be loaded
     ├── RobotNotFoundError         no robot of that name, no file at that path
@@ -26,6 +27,10 @@ class RobustIKError(Exception):
 
 class InputError(RobustIKError, ValueError):
     """An array or a parameter that cannot be meant."""
+
+
+class NotReachedError(RobustIKError):
+    """A pose that inverse kinematics did not reach."""
 
 
 class FrameNotFoundError(RobustIKError, LookupError):

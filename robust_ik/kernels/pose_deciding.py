@@ -45,14 +45,14 @@ def over(problem: Pointer, options: Pointer, memory: Pointer, found: Pointer) ->
     """Whether a search ends with the start that ended."""
     start, most = int(memory[mem.START]), int(options[lay.STARTS])
     if memory[mem.SOLUTIONS] > 0.0:
-        return memory[mem.SOLUTIONS] >= options[lay.WANTED] or start >= most
+        return bool(memory[mem.SOLUTIONS] >= options[lay.WANTED] or start >= most)
     if options[lay.THOROUGH] > 0.0:
         return start >= most
     if start != EARLY and start != LATER and start < LAST:
         return False
     polish_kept(problem, options, memory, found)
     if memory[mem.SOLUTIONS] > 0.0:
-        return memory[mem.SOLUTIONS] >= options[lay.WANTED]
+        return bool(memory[mem.SOLUTIONS] >= options[lay.WANTED])
     enough = HOPELESS if start == EARLY else DOUBTFUL
     return bool(start >= LAST or memory[mem.BEST] > enough or unreachable(problem, beyond(memory, mem.AIM)))
 

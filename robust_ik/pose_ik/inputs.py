@@ -1,0 +1,101 @@
+"""Targets and configurations to begin with, as arrays that kernels take."""
+
+from __future__ import annotations
+
+import reprlib
+from collections.abc import Sequence
+from typing import NoReturn
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robust_ik.checks import Array, as_array, checked_rigid
+from robust_ik.errors import InputError
+from robust_ik.rows import ROWS
+
+POSITIONS = ROWS[:3]
+FARTHEST = 1e9
+"""Positions and joint values beyond this are refused, m or rad."""
+
+
+def wanted_rows(
+    target: ArrayLike, rows: Sequence[str] | None, default: tuple[str, ...], *, many: bool = False
+) -> Sequence[str] | None:
+    """The rows of a target, None for the default ones: of a position, those of them that are positions.
+
+    Raises:
+        InputError: Rotations are wanted of a position.
+    """
+    shape = np.shape(target)
+    if (shape != (3,) and not many) or shape[-1:] != (3,):
+        return rows
+    if rows is None:
+        return tuple(row for row in default if row in POSITIONS) or POSITIONS
+    if any(row not in POSITIONS for row in rows):
+        raise InputError(f"rows of a position must be some of {' '.join(POSITIONS)}, got {reprlib.repr(rows)}")
+    return rows
+
+
+def as_pose(target: ArrayLike) -> Array:
+    """A pose (4, 4) or a position (3,) → (4, 4), not checked any further: the kernel does."""
+    if type(target) is np.ndarray and target.shape == (4, 4):
+        return target
+    T = plain(target, "target")
+    if T.shape == (3,):
+        return _with_position(T)
+    if T.shape != (4, 4):
+        raise InputError(
+            f"target must be a pose (4, 4) or a position (3,), got shape {T.shape}; solve_poses takes many targets"
+        )
+    return T
+
+
+def as_start(q0: ArrayLike, rest: Array) -> Array:
+    """One configuration, not checked any further: the kernel does."""
+    if type(q0) is np.ndarray and q0.shape == rest.shape:
+        return q0
+    q = plain(q0, "q0")
+    as_array(q, "q0", rest.shape)
+    if q.ndim != 1:
+        raise InputError(f"q0 must be one configuration ({len(rest)},), got shape {q.shape}")
+    return q
+
+
+def plain(value: ArrayLike, name: str) -> Array:
+    """A copy that is C-contiguous, of doubles."""
+    return np.array(as_array(value, name, ()), dtype=float, order="C")
+
+
+def as_poses(targets: ArrayLike) -> Array:
+    """Poses (..., 4, 4) or positions (..., 3) → rigid poses, (..., 4, 4)."""
+    T = as_array(targets, "targets", ())
+    if T.ndim and T.shape[-1] == 3:
+        T = _with_position(T)
+    elif T.shape[-2:] != (4, 4):
+        raise InputError(f"targets must be poses (..., 4, 4) or positions (..., 3), got shape {T.shape}")
+    return check_far(checked_rigid(T, "targets"), "targets")
+
+
+def as_starts(q0: ArrayLike, rest: Array) -> Array:
+    """Configurations, (..., nq)."""
+    return check_far(as_array(q0, "q0", rest.shape), "q0")
+
+
+def check_far(array: Array, name: str) -> Array:
+    """Refuses numbers whose squares are of no use."""
+    if (np.abs(array) > FARTHEST).any():
+        raise InputError(f"{name} must lie within {FARTHEST:g} m or rad, got {np.abs(array).max():g}")
+    return array
+
+
+def _with_position(p: Array) -> Array:
+    T = np.broadcast_to(np.eye(4), (*p.shape[:-1], 4, 4)).copy()
+    T[..., :3, 3] = p
+    return T
+
+
+def refuse(target: Array, q0: Array, rest: Array) -> NoReturn:
+    """Says why the kernel refused a target or a q0."""
+    check_far(checked_rigid(target, "target"), "target")
+    check_far(as_array(q0, "q0", rest.shape), "q0")
+    raise InputError("q0 must hold cosine and sine of continuous joints, of length 1; Robot.configuration makes them")

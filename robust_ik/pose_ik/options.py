@@ -1,0 +1,94 @@
+"""How inverse kinematics is to search: checked, and as numbers that kernels read."""
+
+from __future__ import annotations
+
+from typing import Literal, TypedDict
+
+import numpy as np
+
+from robust_ik.checks import Array, checked_parameter, readonly
+from robust_ik.errors import InputError
+from robust_ik.kernels import pose_layout as lay
+
+Prefer = Literal["nearest", "any", "limits", "singularity"]
+Effort = Literal["normal", "thorough"]
+
+
+class PoseOptions(TypedDict, total=False):
+    """What `Robot.solve_pose` is told besides the target.
+
+    Attributes:
+        prefer: Which solution, where there are several. "nearest" (default): that of a search from q0, else the first
+            found; with thorough effort, or more solutions, the nearest in joint values of all that were found. "any":
+            the first found, q0 aside, which is fastest. "limits": of 8 distinct ones or more, that with the largest
+            least distance to a limit, as a share of half the joint's range. "singularity": that with the largest least
+            singular value, rotations times the length scale.
+        solutions: How many distinct ones to look for, 1 to 64; fewer may exist, or be found.
+        effort: "normal", or "thorough" for the last percent where the target is out of reach, or for the best of 32
+            solutions: a few milliseconds.
+        position_tolerance: Of a solution, m; default 1e-8.
+        rotation_tolerance: Of a solution, rad; default 1e-8.
+        length_scale: L, m per rad: what a rotation weighs against a distance; default 1.
+        apart: Solutions differ in some joint by so much, full turns aside, rad or m; default 0.1.
+        rng: For random starts; by default the same ones for every call.
+    """
+
+    prefer: Prefer
+    solutions: int
+    effort: Effort
+    position_tolerance: float
+    rotation_tolerance: float
+    length_scale: float
+    apart: float
+    rng: np.random.Generator | None
+
+
+PREFERENCES = {
+    "nearest": lay.NEAREST,
+    "any": lay.ANY,
+    "limits": lay.LIMITS,
+    "singularity": lay.SINGULARITY,
+}
+EFFORTS = ("normal", "thorough")
+CANDIDATES, MORE_CANDIDATES = 8, 32
+"""Solutions that are compared where one has to be chosen, with normal and with thorough effort."""
+THOROUGH_STARTS = 120
+STARTS, STARTS_EACH = 24, 16
+"""Starts after which no more solutions are looked for, and how many more for each that is wanted."""
+
+
+def pack_options(
+    prefer: str,
+    solutions: int,
+    effort: str,
+    position: float,
+    rotation: float,
+    scale: float,
+    apart: float,
+    *,
+    seed: int,
+) -> Array:
+    """See `kernels.pose_layout`; the arguments are those of `PoseSolver.solve`.
+
+    Raises:
+        InputError: One of them cannot be meant.
+    """
+    if prefer not in PREFERENCES:
+        raise InputError(f"prefer must be one of {', '.join(PREFERENCES)}, got {prefer!r}")
+    if effort not in EFFORTS:
+        raise InputError(f"effort must be one of {', '.join(EFFORTS)}, got {effort!r}")
+    whole = isinstance(solutions, (int, np.integer)) and not isinstance(solutions, bool)
+    if not whole or not 1 <= solutions <= lay.MOST_FOUND:
+        raise InputError(f"solutions must be a whole number from 1 to {lay.MOST_FOUND}, got {solutions!r}")
+    thorough = effort == "thorough"
+    compared = prefer in ("limits", "singularity") or (thorough and prefer == "nearest")
+    wanted = max(int(solutions), (MORE_CANDIDATES if thorough else CANDIDATES) if compared else 1)
+    packed = np.zeros(lay.OPTIONS)
+    packed[lay.POSITION_TOLERANCE] = checked_parameter("position_tolerance", position, above=0)
+    packed[lay.ROTATION_TOLERANCE] = checked_parameter("rotation_tolerance", rotation, above=0)
+    packed[lay.SCALE] = checked_parameter("length_scale", scale, above=0)
+    packed[lay.APART] = checked_parameter("apart", apart, above=0)
+    packed[lay.PREFER], packed[lay.WANTED], packed[lay.RANDOM] = PREFERENCES[prefer], wanted, seed
+    packed[lay.POLISHED], packed[lay.THOROUGH] = lay.MOST_POLISHED, thorough
+    packed[lay.STARTS] = max(THOROUGH_STARTS if thorough else 0, STARTS + STARTS_EACH * wanted)
+    return readonly(packed)

@@ -1,0 +1,102 @@
+"""How far a chain's links span: a bound on where its frame can be, whatever its joints that turn do."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from robust_ik.chain import Chain
+from robust_ik.checks import Array
+
+ROUNDS = 60
+MOST_CORNERS = 6
+"""Sliding joints between two that turn; more are not bounded."""
+SHORTEST = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Span:
+    """A point of the tool is never farther than a distance from a point of the world.
+
+    Attributes:
+        centre: In the world, (3,), m.
+        carried: The point of the tool, in its own frame, (3,), m.
+        distance: m; infinite where that is not known.
+    """
+
+    centre: Array
+    carried: Array
+    distance: float
+
+
+def find_span(chain: Chain, lower: Array, upper: Array, *, oriented: bool) -> Span:
+    """The sum of the lengths of links, each from a point on one axis to a point on the next, made small.
+
+    Any choice of points on the axes that turn gives a bound, since their distances stay as they are. A sum of lengths
+    is convex in where the points are, and reweighted least squares find its minimum.
+
+    Args:
+        chain: What moves the frame.
+        lower: Of the robot's n joints, (n,).
+        upper: The same.
+        oriented: Whether the frame's rotation is known: the point may then lie on the last axis.
+
+    Source: Weiszfeld 1937.
+    """
+    ends = np.sort(np.stack([lower[chain.column], upper[chain.column]]) * chain.factor + chain.shift, axis=0)
+    middle = np.where(np.isfinite(ends).all(axis=0), ends.mean(axis=0), 0.0)
+    half = np.where(np.isfinite(ends).all(axis=0), (ends[1] - ends[0]) / 2, np.inf)
+    axes, origins, tip = _at_zero(chain, np.where(chain.sliding, middle, 0.0))
+    turning = np.flatnonzero(~chain.sliding)
+    nodes, directions = origins[turning], axes[turning]
+    on_axis = oriented and len(turning) > 0 and turning[-1] == len(chain) - 1
+    if not on_axis:
+        nodes, directions = np.vstack([nodes, tip[:3, 3]]), np.vstack([directions, np.zeros(3)])
+    points = nodes + _closest(nodes, directions)[:, None] * directions
+    begins = [0, *(turning + 1).tolist()]
+    joints = [range(begin, end) for begin, end in itertools.pairwise([*begins, len(chain)])]
+    slides = [[half[i] * axes[i] for i in each if chain.sliding[i]] for each in joints]
+    total = sum((_farthest(link, slide) for link, slide in zip(np.diff(points, axis=0), slides[1:])), 0.0)
+    total += _farthest(np.zeros(3), slides[0])
+    return Span(points[0], tip[:3, :3].T @ (points[-1] - tip[:3, 3]), total)
+
+
+def _at_zero(chain: Chain, slid: Array) -> tuple[Array, Array, Array]:
+    """Axes, points on them and the frame where joints that turn are at zero."""
+    T, axes, origins = np.eye(4), np.empty((len(chain), 3)), np.empty((len(chain), 3))
+    for i in range(len(chain)):
+        T[:3, 3] += T[:3, :3] @ chain.origins[i]
+        T[:3, :3] = T[:3, :3] @ chain.rotations[i]
+        axes[i], origins[i] = T[:3, 2], T[:3, 3]
+        T[:3, 3] += slid[i] * T[:3, 2]
+    return axes, origins, T @ chain.tip
+
+
+def _closest(nodes: Array, directions: Array) -> Array:
+    """Where on their lines points make the sum of distances from one to the next small."""
+    along = np.zeros(len(nodes))
+    for _ in range(ROUNDS):
+        gaps = np.diff(nodes + along[:, None] * directions, axis=0)
+        weights = np.sqrt(1 / np.maximum(np.linalg.norm(gaps, axis=1), SHORTEST))
+        rows = np.zeros((3 * len(gaps), len(nodes)))
+        for i, weight in enumerate(weights):
+            rows[3 * i : 3 * i + 3, i], rows[3 * i : 3 * i + 3, i + 1] = (
+                -weight * directions[i],
+                weight * directions[i + 1],
+            )
+        wanted = -(weights[:, None] * np.diff(nodes, axis=0)).ravel()
+        along = np.linalg.lstsq(rows, wanted, rcond=None)[0] if len(gaps) else along
+    return along
+
+
+def _farthest(link: Array, slides: list[Array]) -> float:
+    """The greatest length of a link with what joints that slide add to it, either way: at a corner."""
+    if len(slides) > MOST_CORNERS or not all(np.isfinite(slide).all() for slide in slides):
+        return math.inf
+    corners = itertools.product((-1.0, 1.0), repeat=len(slides))
+    return max(
+        float(np.linalg.norm(link + sum((s * d for s, d in zip(signs, slides)), np.zeros(3)))) for signs in corners
+    )
