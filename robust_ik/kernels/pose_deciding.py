@@ -19,11 +19,15 @@ from robust_ik.kernels.stack import ONE, Pointer, beyond, stack
 
 WINDOW, RATIO = 5, 0.4
 FIRST_WINDOW, FIRST_RATIO = 3, 0.5
-LONGEST = 300
+LONGEST = 100
 """Steps of one start at the most."""
+NEARLY = 1e-4
+"""E below which a start that is given up is polished at once."""
+TINY = 1e-7
+"""E below which a start is not given up: towards a singular solution it falls slowly, and not at every step."""
 EARLY, LATER, LAST = 12, 48, 200
 """Starts after which the best are polished; there are no more than LAST without a solution."""
-HOPELESS, DOUBTFUL = 0.03, 3e-3
+HOPELESS, DOUBTFUL = 0.1, 0.02
 """The E of the closest from which on a search ends at EARLY or at LATER."""
 
 
@@ -33,6 +37,8 @@ def given_up(memory: Pointer, E: float) -> bool:
     n = int(memory[mem.STEP])
     first = memory[mem.START] == 0.0
     window, ratio = (FIRST_WINDOW, FIRST_RATIO) if first else (WINDOW, RATIO)
+    if E < NEARLY:
+        window, ratio = WINDOW, 0.9
     if n >= LONGEST or (n >= window and ratio * memory[mem.HISTORY + (n - window) % 6] < E):
         return True
     memory[mem.HISTORY + n % 6] = E
@@ -69,7 +75,7 @@ def decide(
         return 1
     if there:
         record(problem, options, memory, values, p, r, found)
-    elif options[lay.THOROUGH] > 0.0:
+    elif options[lay.THOROUGH] > 0.0 or E < NEARLY:
         polish_one(problem, options, memory, values, found)
     elif memory[mem.SOLUTIONS] == 0.0:
         keep(problem, options, memory, values, E)

@@ -11,11 +11,14 @@ from robust_ik.kernels import pose_layout as lay
 from robust_ik.kernels.compiling import called, inlined
 from robust_ik.kernels.pose_curvature import curvature
 from robust_ik.kernels.pose_error import measure
-from robust_ik.kernels.stack import ONE, W16, Pointer, sizes, stack
+from robust_ik.kernels.pose_step import step
+from robust_ik.kernels.stack import ONE, W8, W16, Pointer, sizes, stack
 
 ROUNDS = 40
 ENOUGH = 1e-10
 """Relative fall of E that is worth no further step."""
+NEARLY, DESCENT = 1e-6, 60
+"""E from which on damped least squares go on, and for how many steps."""
 LEAST, MOST = 1e-12, 1e8
 ROOM, SIX, TWELVE = sizes(lay.MOST_CHAIN), sizes(6), sizes(12)
 
@@ -94,7 +97,35 @@ def polish(problem: Pointer, options: Pointer, values: Pointer, target: Pointer,
         if reached(options, error) or fell < ENOUGH * E:
             break
     look(problem, values, target, axes, end, error)
+    if E < NEARLY and not reached(options, error):
+        rounds += descend(problem, options, values, target, axes, end, error)
     return rounds
+
+
+@called
+def descend(
+    problem: Pointer, options: Pointer, values: Pointer, target: Pointer, axes: Pointer, end: Pointer, error: Pointer
+) -> int:
+    """Damped least squares from values whose error was measured; they are kept where that leads farther away.
+
+    Towards a singular solution E falls slowly, and not at every step, where Newton's method stops.
+    """
+    k, scale = int(problem[lay.COUNT]), options[lay.SCALE]
+    trial, J, moving = stack(0.0, ONE, W16), stack(0.0, W16, W8), stack(0.0, ONE, ONE)
+    moving[0], E, steps = 1.0, error[6] + scale * scale * error[7], 0
+    for j in range(k):
+        trial[j] = values[j]
+    while steps < DESCENT and not reached(options, error):
+        step(problem, trial, axes, end, error, scale, J, moving, 0.0)
+        look(problem, trial, target, axes, end, error)
+        steps += 1
+        now = error[6] + scale * scale * error[7]
+        if now < E:
+            E = now
+            for j in range(k):
+                values[j] = trial[j]
+    look(problem, values, target, axes, end, error)
+    return steps
 
 
 @inlined

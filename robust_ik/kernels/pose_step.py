@@ -19,7 +19,7 @@ from robust_ik.kernels.lanes import LANES, Number, where
 from robust_ik.kernels.motion import LOCAL_WORLD_ALIGNED, joint_twists
 from robust_ik.kernels.stack import ONE, W8, W16, Pointer, beyond, by_eights, sizes, stack
 
-MU, FLOOR = 0.03, 1e-9
+MU, FLOOR = 0.03, 1e-13
 SIX = sizes(6)
 
 
