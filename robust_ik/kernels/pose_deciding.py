@@ -18,15 +18,16 @@ from robust_ik.kernels.pose_target import unreachable
 from robust_ik.kernels.stack import ONE, Pointer, beyond, stack
 
 WINDOW, RATIO = 5, 0.4
-FIRST_WINDOW, FIRST_RATIO = 3, 0.5
+FIRST_WINDOW, FIRST_RATIO, SLOW_RATIO = 3, 0.5, 0.9
 LONGEST = 100
 """Steps of one start at the most."""
 NEARLY = 1e-4
 """E below which a start that is given up is polished at once."""
 TINY = 1e-7
 """E below which a start is not given up: towards a singular solution it falls slowly, and not at every step."""
-EARLY, LATER, LAST = 12, 48, 200
-"""Starts after which the best are polished; there are no more than LAST without a solution."""
+EARLY, LATER, LAST, THOROUGH = 12, 48, 400, 120
+"""Starts after which the best are polished; there are no more than LAST without a solution, or THOROUGH where each is
+polished."""
 HOPELESS, DOUBTFUL = 0.1, 0.02
 """The E of the closest from which on a search ends at EARLY or at LATER."""
 
@@ -38,7 +39,7 @@ def given_up(memory: Pointer, E: float) -> bool:
     first = memory[mem.START] == 0.0
     window, ratio = (FIRST_WINDOW, FIRST_RATIO) if first else (WINDOW, RATIO)
     if E < NEARLY:
-        window, ratio = WINDOW, 0.9
+        window, ratio = WINDOW, SLOW_RATIO
     if n >= LONGEST or (n >= window and ratio * memory[mem.HISTORY + (n - window) % 6] < E):
         return True
     memory[mem.HISTORY + n % 6] = E
@@ -49,11 +50,11 @@ def given_up(memory: Pointer, E: float) -> bool:
 @called
 def over(problem: Pointer, options: Pointer, memory: Pointer, found: Pointer) -> bool:
     """Whether a search ends with the start that ended."""
-    start, most = int(memory[mem.START]), int(options[lay.STARTS])
+    start = int(memory[mem.START])
     if memory[mem.SOLUTIONS] > 0.0:
-        return bool(memory[mem.SOLUTIONS] >= options[lay.WANTED] or start >= most)
+        return bool(memory[mem.SOLUTIONS] >= options[lay.WANTED] or start >= options[lay.STARTS])
     if options[lay.THOROUGH] > 0.0:
-        return start >= most
+        return start >= THOROUGH
     if start != EARLY and start != LATER and start < LAST:
         return False
     polish_kept(problem, options, memory, found)

@@ -17,9 +17,14 @@ from robust_ik.kernels.stack import ONE, W8, W16, Pointer, sizes, stack
 ROUNDS = 40
 ENOUGH = 1e-10
 """Relative fall of E that is worth no further step."""
-NEARLY, DESCENT = 1e-6, 60
+NEARLY, DESCENT = 1e-6, 200
 """E from which on damped least squares go on, and for how many steps."""
+PATIENCE = 10
+"""Steps in which these must halve E."""
 LEAST, MOST = 1e-12, 1e8
+"""Of the damping."""
+SHIFT = 1e-2
+"""Times E: the least damping where the second derivative is not positive definite."""
 ROOM, SIX, TWELVE = sizes(lay.MOST_CHAIN), sizes(6), sizes(12)
 
 
@@ -78,7 +83,7 @@ def polish(problem: Pointer, options: Pointer, values: Pointer, target: Pointer,
             renew = False
         rounds += 1
         if not newton_step(H, g, free, damping, k, d):
-            damping = max(8.0 * damping, 1e-3)
+            damping = max(8.0 * damping, SHIFT * E)
             continue
         for j in range(k):
             at = lay.HEAD + j * lay.STRIDE
@@ -113,6 +118,7 @@ def descend(
     k, scale = int(problem[lay.COUNT]), options[lay.SCALE]
     trial, J, moving = stack(0.0, ONE, W16), stack(0.0, W16, W8), stack(0.0, ONE, ONE)
     moving[0], E, steps = 1.0, error[6] + scale * scale * error[7], 0
+    before = 2.0 * E
     for j in range(k):
         trial[j] = values[j]
     while steps < DESCENT and not reached(options, error):
@@ -124,6 +130,10 @@ def descend(
             E = now
             for j in range(k):
                 values[j] = trial[j]
+        if steps % PATIENCE == 0:
+            if E > 0.5 * before:
+                break
+            before = E
     look(problem, values, target, axes, end, error)
     return steps
 

@@ -52,7 +52,6 @@ PREFERENCES = {
 EFFORTS = ("normal", "thorough")
 CANDIDATES, MORE_CANDIDATES = 8, 32
 """Solutions that are compared where one has to be chosen, with normal and with thorough effort."""
-THOROUGH_STARTS = 120
 STARTS, STARTS_EACH = 24, 16
 """Starts after which no more solutions are looked for, and how many more for each that is wanted."""
 
@@ -90,5 +89,5 @@ def pack_options(
     packed[lay.APART] = checked_parameter("apart", apart, above=0)
     packed[lay.PREFER], packed[lay.WANTED], packed[lay.RANDOM] = PREFERENCES[prefer], wanted, seed
     packed[lay.POLISHED], packed[lay.THOROUGH] = lay.MOST_POLISHED, thorough
-    packed[lay.STARTS] = max(THOROUGH_STARTS if thorough else 0, STARTS + STARTS_EACH * wanted)
+    packed[lay.STARTS] = STARTS + STARTS_EACH * wanted
     return readonly(packed)

@@ -47,8 +47,9 @@ def find_span(chain: Chain, lower: Array, upper: Array, *, oriented: bool) -> Sp
     Source: Weiszfeld 1937.
     """
     ends = np.sort(np.stack([lower[chain.column], upper[chain.column]]) * chain.factor + chain.shift, axis=0)
-    middle = np.where(np.isfinite(ends).all(axis=0), ends.mean(axis=0), 0.0)
-    half = np.where(np.isfinite(ends).all(axis=0), (ends[1] - ends[0]) / 2, np.inf)
+    finite = np.isfinite(ends).all(axis=0)
+    low, high = np.where(finite, ends, 0.0)
+    middle, half = (low + high) / 2, np.where(finite, (high - low) / 2, np.inf)
     axes, origins, tip = _at_zero(chain, np.where(chain.sliding, middle, 0.0))
     turning = np.flatnonzero(~chain.sliding)
     nodes, directions = origins[turning], axes[turning]
@@ -58,9 +59,9 @@ def find_span(chain: Chain, lower: Array, upper: Array, *, oriented: bool) -> Sp
     points = nodes + _closest(nodes, directions)[:, None] * directions
     begins = [0, *(turning + 1).tolist()]
     joints = [range(begin, end) for begin, end in itertools.pairwise([*begins, len(chain)])]
-    slides = [[half[i] * axes[i] for i in each if chain.sliding[i]] for each in joints]
-    total = sum((_farthest(link, slide) for link, slide in zip(np.diff(points, axis=0), slides[1:])), 0.0)
-    total += _farthest(np.zeros(3), slides[0])
+    slides = [[i for i in each if chain.sliding[i]] for each in joints]
+    links = np.vstack([np.zeros((1, 3)), np.diff(points, axis=0)])
+    total = sum((_farthest(link, axes[each], half[each]) for link, each in zip(links, slides)), 0.0)
     return Span(points[0], tip[:3, :3].T @ (points[-1] - tip[:3, 3]), total)
 
 
@@ -92,11 +93,9 @@ def _closest(nodes: Array, directions: Array) -> Array:
     return along
 
 
-def _farthest(link: Array, slides: list[Array]) -> float:
+def _farthest(link: Array, axes: Array, half: Array) -> float:
     """The greatest length of a link with what joints that slide add to it, either way: at a corner."""
-    if len(slides) > MOST_CORNERS or not all(np.isfinite(slide).all() for slide in slides):
+    if len(half) > MOST_CORNERS or not np.isfinite(half).all():
         return math.inf
-    corners = itertools.product((-1.0, 1.0), repeat=len(slides))
-    return max(
-        float(np.linalg.norm(link + sum((s * d for s, d in zip(signs, slides)), np.zeros(3)))) for signs in corners
-    )
+    corners = np.array(list(itertools.product((-1.0, 1.0), repeat=len(half))))
+    return float(np.linalg.norm(link + (corners * half) @ axes, axis=1).max())
