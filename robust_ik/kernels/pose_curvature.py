@@ -16,7 +16,7 @@ from robust_ik.kernels import pose_layout as lay
 from robust_ik.kernels.compiling import called, inlined
 from robust_ik.kernels.motion import LOCAL_WORLD_ALIGNED, joint_twists
 from robust_ik.kernels.pose_step import slope
-from robust_ik.kernels.stack import ONE, Pointer, beyond, sizes, stack
+from robust_ik.kernels.stack import ONE, Pointer, further, sizes, stack
 
 THREE = sizes(3)
 
@@ -49,7 +49,7 @@ def curvature(
     g: Pointer,
 ) -> None:
     """Half the second derivative of E, in rows of 16, and minus half its gradient."""
-    pack = beyond(problem, int(problem[lay.CHAIN]))
+    pack = further(problem, int(problem[lay.CHAIN]))
     k, kind, free = int(problem[lay.COUNT]), int(problem[lay.TURN]), int(problem[lay.FREE])
     joint_twists(pack, twists, end, twists, LOCAL_WORLD_ALIGNED, 0.0)
     for x in range(16 * k):
@@ -65,7 +65,7 @@ def curvature(
             u[c] += end[3 * c + r] * target[3 * free + r]
     sine = math.sqrt(error[3] ** 2 + error[4] ** 2 + error[5] ** 2)
     psi = math.sqrt(square) / max(math.sin(math.sqrt(square)), 1e-9) if sine > 1e-8 else 1.0
-    wanted = beyond(problem, lay.ROWS)
+    wanted = further(problem, lay.ROWS)
     for i in range(int(pack[links.JOINTS])):
         at = links.HEAD + i * links.STRIDE
         row, own = int(pack[at + links.COLUMN]), pack[at + links.FACTOR]

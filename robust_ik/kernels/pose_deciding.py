@@ -15,7 +15,7 @@ from robust_ik.kernels.pose_memory import keep, launch, polish_kept, polish_one,
 from robust_ik.kernels.pose_polish import ROOM, SIX, TWELVE, look
 from robust_ik.kernels.pose_rank import arrange, unwind, write_configuration
 from robust_ik.kernels.pose_target import unreachable
-from robust_ik.kernels.stack import ONE, Pointer, beyond, stack
+from robust_ik.kernels.stack import ONE, Pointer, further, stack
 
 WINDOW, RATIO = 5, 0.4
 FIRST_WINDOW, FIRST_RATIO, SLOW_RATIO = 3, 0.5, 0.9
@@ -61,7 +61,7 @@ def over(problem: Pointer, options: Pointer, memory: Pointer, found: Pointer) ->
     if memory[mem.SOLUTIONS] > 0.0:
         return bool(memory[mem.SOLUTIONS] >= options[lay.WANTED])
     enough = HOPELESS if start == EARLY else DOUBTFUL
-    return bool(start >= LAST or memory[mem.BEST] > enough or unreachable(problem, beyond(memory, mem.AIM)))
+    return bool(start >= LAST or memory[mem.BEST] > enough or unreachable(problem, further(memory, mem.AIM)))
 
 
 @called
@@ -90,20 +90,20 @@ def decide(
 @called
 def finish(problem: Pointer, options: Pointer, memory: Pointer, q0: Pointer, found: Pointer, numbers: Pointer) -> None:
     """Writes a search's results."""
-    length, count, own = int(problem[lay.LENGTH]), int(memory[mem.SOLUTIONS]), beyond(memory, mem.OWN)
+    length, count, own = int(problem[lay.LENGTH]), int(memory[mem.SOLUTIONS]), further(memory, mem.OWN)
     numbers[lay.STATUS] = lay.SOLVED
     if count == 0:
-        numbers[lay.STATUS] = lay.OUT_OF_REACH if unreachable(problem, beyond(memory, mem.AIM)) else lay.CLOSEST
+        numbers[lay.STATUS] = lay.OUT_OF_REACH if unreachable(problem, further(memory, mem.AIM)) else lay.CLOSEST
         for j in range(int(problem[lay.COUNT])):
             found[j] = memory[mem.CLOSEST_VALUES + j]
         unwind(problem, options, found, own)
     elif count > 1:
-        arrange(problem, options, found, count, own, beyond(memory, mem.AIM))
+        arrange(problem, options, found, count, own, further(memory, mem.AIM))
         axes, end, error = stack(0.0, ROOM, SIX), stack(0.0, ONE, TWELVE), stack(0.0, ONE, TWELVE)
-        look(problem, found, beyond(memory, mem.AIM), axes, end, error)
+        look(problem, found, further(memory, mem.AIM), axes, end, error)
         memory[mem.CLOSEST_ERROR], memory[mem.CLOSEST_ERROR + 1] = error[6], error[7]
     for s in range(max(count, 1)):
-        write_configuration(problem, q0, beyond(found, s * length))
+        write_configuration(problem, q0, further(found, s * length))
     numbers[lay.POSITION_ERROR] = math.sqrt(memory[mem.CLOSEST_ERROR])
     numbers[lay.ROTATION_ERROR] = math.sqrt(memory[mem.CLOSEST_ERROR + 1])
     skipped = 1.0 if options[lay.PREFER] == lay.ANY else 0.0

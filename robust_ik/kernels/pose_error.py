@@ -9,7 +9,7 @@ from robust_ik.kernels import pose_layout as lay
 from robust_ik.kernels.compiling import called, inlined
 from robust_ik.kernels.lanes import Number, root, size, somewhere, where
 from robust_ik.kernels.motion import place_frame
-from robust_ik.kernels.stack import Pointer, beyond, each_lane, lanes_of
+from robust_ik.kernels.stack import Pointer, each_lane, further, lanes_of
 
 OPPOSITE = -0.9999995
 """Cosine of an angle, π − 0.001, from which on its axis is read off the symmetric part of a rotation."""
@@ -72,7 +72,7 @@ def measure(
             of its angle, or φ cot φ of a swing; the whole rotation vector: 12 numbers.
         zero: 0, one or eight.
     """
-    pack = beyond(problem, int(problem[lay.CHAIN]))
+    pack = further(problem, int(problem[lay.CHAIN]))
     for i in range(int(pack[links.JOINTS])):
         at = links.HEAD + i * links.STRIDE
         motions[i] = pack[at + links.FACTOR] * values[int(pack[at + links.COLUMN])] + pack[at + links.SHIFT]

@@ -10,7 +10,7 @@ from robust_ik.kernels.pose_polish import TWELVE, polish, reached
 from robust_ik.kernels.pose_rank import WHOLE, apart, is_new, read_configuration, unwind
 from robust_ik.kernels.pose_seeds import random_values
 from robust_ik.kernels.pose_table import bring, nearest, rate
-from robust_ik.kernels.stack import ONE, Pointer, beyond, sizes, stack
+from robust_ik.kernels.stack import ONE, Pointer, further, sizes, stack
 
 TARGET, START, STEP, TOTAL, SOLUTIONS, RATED, KEPT, BEST, HISTORY = 0, 1, 2, 3, 4, 5, 6, 7, 8
 OWN, AIM = 16, 32
@@ -29,7 +29,7 @@ FROM_TABLE = 24
 @called
 def begin(problem: Pointer, options: Pointer, memory: Pointer, q0: Pointer, values: Pointer) -> None:
     """Forgets the last target and begins at q0."""
-    own = beyond(memory, OWN)
+    own = further(memory, OWN)
     read_configuration(problem, q0, own)
     memory[START], memory[STEP], memory[TOTAL], memory[SOLUTIONS] = 0.0, 0.0, 0.0, 0.0
     memory[RATED], memory[KEPT], memory[BEST] = 0.0, 0.0, math.inf
@@ -47,7 +47,7 @@ def begin(problem: Pointer, options: Pointer, memory: Pointer, q0: Pointer, valu
 @called
 def launch(problem: Pointer, options: Pointer, memory: Pointer, values: Pointer) -> None:
     """The joint values that the next start begins at."""
-    start, distances, aim = int(memory[START]), beyond(memory, DISTANCES), beyond(memory, AIM)
+    start, distances, aim = int(memory[START]), further(memory, DISTANCES), further(memory, AIM)
     memory[STEP] = 0.0
     if start > FROM_TABLE:
         random_values(problem, int(options[lay.RANDOM]), start, values)
@@ -55,7 +55,7 @@ def launch(problem: Pointer, options: Pointer, memory: Pointer, values: Pointer)
     if memory[RATED] == 0.0:
         rate(problem, aim, distances)
         memory[RATED] = 1.0
-    bring(problem, aim, beyond(memory, OWN), nearest(problem, distances), values)
+    bring(problem, aim, further(memory, OWN), nearest(problem, distances), values)
 
 
 @called
@@ -64,7 +64,7 @@ def keep(problem: Pointer, options: Pointer, memory: Pointer, values: Pointer, E
     kept = int(memory[KEPT])
     place = kept
     for i in range(kept):
-        if apart(problem, values, beyond(memory, KEPT_VALUES + 16 * i)) < CLOSE:
+        if apart(problem, values, further(memory, KEPT_VALUES + 16 * i)) < CLOSE:
             place = i
     if place == kept and kept == int(options[lay.POLISHED]):
         place = 0
@@ -84,7 +84,7 @@ def keep(problem: Pointer, options: Pointer, memory: Pointer, values: Pointer, E
 def polish_kept(problem: Pointer, options: Pointer, memory: Pointer, found: Pointer) -> None:
     """Polishes what was kept."""
     for i in range(int(memory[KEPT])):
-        polish_one(problem, options, memory, beyond(memory, KEPT_VALUES + 16 * i), found)
+        polish_one(problem, options, memory, further(memory, KEPT_VALUES + 16 * i), found)
     memory[KEPT] = 0.0
 
 
@@ -92,7 +92,7 @@ def polish_kept(problem: Pointer, options: Pointer, memory: Pointer, found: Poin
 def polish_one(problem: Pointer, options: Pointer, memory: Pointer, values: Pointer, found: Pointer) -> None:
     """Polishes one configuration and remembers it if it is the closest, or a solution."""
     error, scale = stack(0.0, ONE, TWELVE), options[lay.SCALE]
-    memory[TOTAL] += polish(problem, options, values, beyond(memory, AIM), error)
+    memory[TOTAL] += polish(problem, options, values, further(memory, AIM), error)
     E = error[6] + scale * scale * error[7]
     if reached(options, error):
         record(problem, options, memory, values, error[6], error[7], found)
@@ -108,7 +108,7 @@ def record(
 ) -> None:
     """Adds a solution, if it is a new one; p and r are its squared errors."""
     length, count = int(problem[lay.LENGTH]), int(memory[SOLUTIONS])
-    unwind(problem, options, values, beyond(memory, OWN))
+    unwind(problem, options, values, further(memory, OWN))
     if count < int(options[lay.WANTED]) and is_new(problem, options, values, found, count, length):
         for j in range(int(problem[lay.COUNT])):
             found[count * length + j] = values[j]

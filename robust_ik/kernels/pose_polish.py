@@ -131,7 +131,7 @@ def descend(
             for j in range(k):
                 values[j] = trial[j]
         if steps % PATIENCE == 0:
-            if E > 0.5 * before:
+            if 0.5 * before < E:
                 break
             before = E
     look(problem, values, target, axes, end, error)

@@ -10,7 +10,7 @@ from robust_ik.kernels.orthogonal import orthogonalise
 from robust_ik.kernels.pose_polish import ROOM, SIX, TWELVE, look
 from robust_ik.kernels.pose_seeds import within
 from robust_ik.kernels.pose_step import columns
-from robust_ik.kernels.stack import NONE, ONE, W8, W16, Pointer, beyond, sizes, stack
+from robust_ik.kernels.stack import NONE, ONE, W8, W16, Pointer, further, sizes, stack
 
 WHOLE = 2.0 * math.pi
 MOST_FOUND = sizes(lay.MOST_FOUND)
@@ -44,7 +44,7 @@ def is_new(problem: Pointer, options: Pointer, values: Pointer, found: Pointer, 
     """Whether a solution differs from those before, `count` rows of `length`."""
     least = math.inf
     for s in range(count):
-        least = min(least, apart(problem, values, beyond(found, s * length)))
+        least = min(least, apart(problem, values, further(found, s * length)))
     return bool(least >= options[lay.APART])
 
 
@@ -111,7 +111,7 @@ def arrange(problem: Pointer, options: Pointer, found: Pointer, count: int, q0: 
     if count < 2 or options[lay.PREFER] == lay.ANY:
         return
     for s in range(count):
-        costs[s] = cost(problem, options, beyond(found, s * length), q0, target)
+        costs[s] = cost(problem, options, further(found, s * length), q0, target)
     for s in range(count):
         best = s
         for t in range(s + 1, count):

@@ -10,7 +10,7 @@ import math
 from robust_ik.kernels import packing as links
 from robust_ik.kernels import pose_layout as lay
 from robust_ik.kernels.compiling import called, inlined
-from robust_ik.kernels.stack import ONE, Pointer, beyond, sizes, stack
+from robust_ik.kernels.stack import ONE, Pointer, further, sizes, stack
 
 WEIGHT = 3.0
 """Of squared metres against squared radians in the choice of a start."""
@@ -41,7 +41,7 @@ def describe(problem: Pointer, pose: Pointer, found: Pointer) -> float:
     Returns:
         The azimuth, rad.
     """
-    pack = beyond(problem, int(problem[lay.CHAIN]))
+    pack = further(problem, int(problem[lay.CHAIN]))
     last = links.HEAD + int(pack[links.JOINTS]) * links.STRIDE
     # G = R Rₜᵀ and w = p − G oₜ, the axis frame of the last joint.
     G = stack(0.0, ONE, TWELVE)

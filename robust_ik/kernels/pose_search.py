@@ -13,7 +13,7 @@ from robust_ik.kernels.pose_memory import begin
 from robust_ik.kernels.pose_polish import ROOM, SIX, TWELVE
 from robust_ik.kernels.pose_step import step
 from robust_ik.kernels.pose_target import sound
-from robust_ik.kernels.stack import ONE, W8, W16, Pointer, beyond, each_lane, lanes_of, pointer, stack
+from robust_ik.kernels.stack import ONE, W8, W16, Pointer, each_lane, further, lanes_of, pointer, stack
 
 
 @called
@@ -69,13 +69,13 @@ def search(
     for j in range(len(W16)):
         values[j] = zero
     for lane in range(L):
-        beyond(each_lane(memories), mem.SIZE * lane)[mem.TARGET] = -1.0
+        further(each_lane(memories), mem.SIZE * lane)[mem.TARGET] = -1.0
     following, active = 0, 0
     while active > 0 or following < count:
         for lane in range(L):
-            memory = beyond(each_lane(memories), mem.SIZE * lane)
+            memory = further(each_lane(memories), mem.SIZE * lane)
             if memory[mem.TARGET] < 0.0 and following < count:
-                take(problem, options, memory, targets, following, beyond(q0, following * stride), own)
+                take(problem, options, memory, targets, following, further(q0, following * stride), own)
                 for x in range(12):
                     each_lane(target)[x * L + lane] = memory[mem.AIM + x]
                 for j in range(k):
@@ -84,13 +84,13 @@ def search(
                 active += 1
         measure(problem, values, target, motions, cosines, sines, axes, end, error, zero)
         for lane in range(L):
-            memory = beyond(each_lane(memories), mem.SIZE * lane)
+            memory = further(each_lane(memories), mem.SIZE * lane)
             e = int(memory[mem.TARGET])
             each_lane(moving)[lane] = 0.0
             if e >= 0:
                 for j in range(k):
                     own[j] = each_lane(values)[j * L + lane]
-                found = beyond(q, e * room * length)
+                found = further(q, e * room * length)
                 p, r = each_lane(error)[6 * L + lane], each_lane(error)[7 * L + lane]
                 verdict = decide(problem, options, memory, own, p, r, found)
                 if verdict > 0:
@@ -99,7 +99,7 @@ def search(
                     for j in range(k):
                         each_lane(values)[j * L + lane] = own[j]
                 else:
-                    finish(problem, options, memory, beyond(q0, e * stride), found, beyond(numbers, e * lay.NUMBERS))
+                    finish(problem, options, memory, further(q0, e * stride), found, further(numbers, e * lay.NUMBERS))
                     memory[mem.TARGET] = -1.0
                     active -= 1
         if somewhere(moving[0] > 0.0):

@@ -17,7 +17,7 @@ from robust_ik.kernels import pose_layout as lay
 from robust_ik.kernels.compiling import called, inlined
 from robust_ik.kernels.lanes import LANES, Number, where
 from robust_ik.kernels.motion import LOCAL_WORLD_ALIGNED, joint_twists
-from robust_ik.kernels.stack import ONE, W8, W16, Pointer, beyond, by_eights, sizes, stack
+from robust_ik.kernels.stack import ONE, W8, W16, Pointer, by_eights, further, sizes, stack
 
 MU, FLOOR = 0.03, 1e-13
 SIX = sizes(6)
@@ -28,7 +28,7 @@ def columns(
     problem: Pointer, axes: Pointer, end: Pointer, error: Pointer, scale: float, J: Pointer, zero: Number
 ) -> None:
     """J of the wanted rows by columns of 8, rotations times `scale`; `axes` become the joints' twists."""
-    pack = beyond(problem, int(problem[lay.CHAIN]))
+    pack = further(problem, int(problem[lay.CHAIN]))
     joint_twists(pack, axes, end, axes, LOCAL_WORLD_ALIGNED, zero)
     for x in range(8 * int(problem[lay.COUNT])):
         J[x] = zero

@@ -15,7 +15,7 @@ from robust_ik.kernels.compiling import called, filled, kernel
 from robust_ik.kernels.motion import place_frame
 from robust_ik.kernels.pose_reduced import describe
 from robust_ik.kernels.pose_seeds import random_values, within
-from robust_ik.kernels.stack import ONE, W16, Pointer, beyond, pointer, sizes, stack
+from robust_ik.kernels.stack import ONE, W16, Pointer, further, pointer, sizes, stack
 
 WEIGHT = 3.0
 """Of squared metres against squared radians in the choice of a start."""
@@ -26,8 +26,8 @@ ROOM, SIX, TWELVE = sizes(lay.MOST_CHAIN), sizes(6), sizes(12)
 @called
 def fill(problem: Pointer) -> None:
     """Fills the table by random configurations."""
-    pack = beyond(problem, int(problem[lay.CHAIN]))
-    table = beyond(problem, int(problem[lay.TABLE]))
+    pack = further(problem, int(problem[lay.CHAIN]))
+    table = further(problem, int(problem[lay.TABLE]))
     count, k, chained = int(problem[lay.SEEDS]), int(problem[lay.COUNT]), int(pack[links.JOINTS])
     values, end, found = stack(0.0, ONE, W16), stack(0.0, ONE, TWELVE), stack(0.0, ONE, TWELVE)
     motions, cosines, sines = stack(0.0, ONE, ROOM), stack(0.0, ONE, ROOM), stack(0.0, ONE, ROOM)
@@ -57,7 +57,7 @@ def fill(problem: Pointer) -> None:
 @called
 def rate(problem: Pointer, target: Pointer, distances: Pointer) -> None:
     """How far each configuration of the table is from a target, squared."""
-    table, count = beyond(problem, int(problem[lay.TABLE])), int(problem[lay.SEEDS])
+    table, count = further(problem, int(problem[lay.TABLE])), int(problem[lay.SEEDS])
     kind = int(problem[lay.TURN])
     for s in range(count):
         distances[s] = 0.0
@@ -107,11 +107,11 @@ def nearest(problem: Pointer, distances: Pointer) -> int:
 @called
 def bring(problem: Pointer, target: Pointer, q0: Pointer, seed: int, values: Pointer) -> None:
     """A configuration of the table, turned to where the target is."""
-    table, count, k = beyond(problem, int(problem[lay.TABLE])), int(problem[lay.SEEDS]), int(problem[lay.COUNT])
+    table, count, k = further(problem, int(problem[lay.TABLE])), int(problem[lay.SEEDS]), int(problem[lay.COUNT])
     for j in range(k):
         values[j] = table[(lay.FEATURES + j) * count + seed]
     if problem[lay.SYMMETRIC] > 0.0:
-        pack = beyond(problem, int(problem[lay.CHAIN]))
+        pack = further(problem, int(problem[lay.CHAIN]))
         found = stack(0.0, ONE, TWELVE)
         azimuth = describe(problem, target, found)
         first, last = links.HEAD, links.HEAD + (int(pack[links.JOINTS]) - 1) * links.STRIDE
