@@ -10,6 +10,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import robust_ik as rik
+from robust_ik.sweeping import process_pool
 from robust_ik import PoseStatus
 from robust_ik.reach import find_reach
 from robust_ik.tasks.pose_error import error_in_rows, pose_error
@@ -528,3 +529,13 @@ def test_results_and_solvers_can_be_sent_elsewhere(rng):
     assert "2 of 2" in repr(many)
     with pytest.raises(AttributeError):
         found.solutions = None
+
+
+def test_processes_give_the_same_bits(rng):
+    robot = rik.load("ur5")
+    T = robot.pose(robot.random(rng, 1500))
+    with process_pool(2) as executor:
+        elsewhere = robot.solve_poses(T, executor=executor)
+    here = robot.solve_poses(T)
+    assert (elsewhere.q == here.q).all()
+    assert (elsewhere.starts == here.starts).all()

@@ -20,12 +20,14 @@ def test_the_readme_is_short():
 def test_the_lines_of_python_run_as_printed(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     names = {}
-    first, second = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+    first, second, third = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
     exec(compile(first, "README.md", "exec"), names)
     assert (tmp_path / "panda.html").stat().st_size > 1_000_000
     assert re.fullmatch(r"peak \d\.\d\d rad/s, least σ \d\.\de-\d\d\n", capsys.readouterr().out)
     exec(compile(second, "README.md", "exec"), names)
     assert capsys.readouterr().out.startswith(names["step"].status.name.lower())
+    exec(compile(third, "README.md", "exec"), names)
+    assert names["found"].solved
 
 
 @pytest.mark.parametrize("page", ["speed.md"])

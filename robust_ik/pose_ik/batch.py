@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.errors import InputError
 from robust_ik.kernels import pose_layout as lay
+from robust_ik.sweeping import run_pieces
 
 if TYPE_CHECKING:
     from robust_ik.pose_ik.solver import PoseSolver
@@ -70,18 +71,3 @@ def run(
     solver.problem  # noqa: B018 - made once, before threads ask for it
     with ThreadPoolExecutor(int(threads)) as pool:
         return run_pieces(work, pieces, pool, progress)
-
-
-def run_pieces(
-    function: Callable[[Any], Done],
-    pieces: Sequence[Any],
-    executor: Executor | None,
-    progress: Callable[[int, int], None] | None,
-) -> list[Done]:
-    """The function of every piece, in their order."""
-    results = []
-    for result in map(function, pieces) if executor is None else executor.map(function, pieces):
-        results.append(result)
-        if progress is not None:
-            progress(len(results), len(pieces))
-    return results
