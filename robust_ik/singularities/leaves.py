@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robust_ik.checks import Array, readonly
-from robust_ik.singularities.angles import Angle
+from robust_ik.singularities.angles import Angle, wrapped
 from robust_ik.singularities.kinematics import ScrewChain
 from robust_ik.singularities.relations import Relation
 from robust_ik.singularities.residual import SAME_CORANK
@@ -97,14 +97,24 @@ class Leaf:
         """The pinned values, (P,)."""
         return np.array([pin.value for pin in self.pins])
 
+    @cached_property
+    def _pins(self) -> tuple[Array, Array]:
+        """What pinned angles are of joint values, (n, P), and after how much they come back, (P,)."""
+        n = self.samples.shape[1]
+        rows = [pin.angle.row(n) for pin in self.pins]
+        return np.array(rows).reshape(-1, n).T, np.array([pin.angle.period for pin in self.pins])
+
+    def off(self, values: Array) -> Array:
+        """By how much pins and relations fail to hold at joint values (N, n), the largest of all, (N,)."""
+        rows, period = self._pins
+        result = np.abs(wrapped(values @ rows - self.values, period)).max(axis=1, initial=0.0)
+        for relation in self.relations:
+            result = np.maximum(result, np.abs(relation.of(values)))
+        return np.asarray(result)
+
     def holds(self, values: Array, tolerance: float = HOLDS) -> Mask:
         """Whether pins and relations hold at joint values (N, n); a curve says nothing about its joints."""
-        result = np.ones(len(values), dtype=bool)
-        for pin in self.pins:
-            result &= pin.holds(values, tolerance)
-        for relation in self.relations:
-            result &= np.abs(relation.of(values)) <= tolerance
-        return result
+        return np.asarray(self.off(values) <= tolerance)
 
     def pinned(self, values: Array) -> Array:
         """The values with every pinned angle exactly at its value, (N, n)."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import compress
 
 import numpy as np
 
@@ -83,12 +84,14 @@ class Proven:
             only: Whether points of higher coranks are left out: those are not in the list, and not meant to be.
         """
         wanted = (self.coranks == self.proof.corank) | (not only)
-        lacking = [np.empty((0, chain.n))]
-        for index, place in enumerate(self.places):
-            points = self.points[wanted & (self.owners == index)]
-            near = [leaf for leaf in listed if not leaf.curve or (place.residual(leaf.samples) <= STRAY).any()]
-            lacking.append(points[~accounts(chain, self.proof.corank, near, points)])
-        return np.concatenate(lacking)
+        curves, plain = [leaf for leaf in listed if leaf.curve], [leaf for leaf in listed if not leaf.curve]
+        met = [tuple(bool((each.residual(leaf.samples) <= STRAY).any()) for leaf in curves) for each in self.places]
+        lacking = np.array(wanted)
+        for alike in dict.fromkeys(met):
+            points = np.flatnonzero(wanted & np.array([each == alike for each in met])[self.owners])
+            near = [*plain, *compress(curves, alike)]
+            lacking[points] = ~accounts(chain, self.proof.corank, near, self.points[points])
+        return np.asarray(self.points[lacking])
 
     def strays(self, chain: ScrewChain, listed: Sequence[Leaf]) -> int:
         """How many members of the list lie on no leaf of the proof: none, if both are right.

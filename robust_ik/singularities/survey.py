@@ -105,9 +105,9 @@ def accounts(chain: ScrewChain, corank: int, leaves: Sequence[Leaf], values: Arr
 def _on_leaves(chain: ScrewChain, corank: int, leaves: Sequence[Leaf], values: Array) -> tuple[Mask, Mask]:
     """Which points lie on one of the leaves, and which can be read and seem to have no larger dimension than these."""
     clear, dimensions = readable(chain, values, corank)
-    result: Mask = np.zeros(len(values), dtype=bool)
+    tolerance, result = np.where(clear, HOLDS, AT_CROSSINGS), np.zeros(len(values), dtype=bool)
     for leaf in leaves:
-        fits = leaf.holds(values, HOLDS) | (~clear & leaf.holds(values, AT_CROSSINGS))
+        fits = leaf.off(values) <= tolerance
         if leaf.curve and leaf.corank == corank:
             fits &= ~clear | ((dimensions == leaf.dimension) & (not leaf.folded))
         result |= fits
