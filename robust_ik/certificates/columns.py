@@ -7,15 +7,16 @@ frame.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 from flint import Ordering, fmpq, fmpq_mpoly_ctx
 
+from robust_ik.certificates.cases import State
 from robust_ik.certificates.exact_model import ExactArm, is_frame_free
-from robust_ik.certificates.fields import Field
+from robust_ik.certificates.fields import Field, poly
 from robust_ik.certificates.rational import Matrix, Vector, cross, minus, plus, times, transpose, turn
 from robust_ik.certificates.rational import apply as rotate
 from robust_ik.rows import ROWS
@@ -92,26 +93,6 @@ class Trig:
         return self.element(cosine), self.element(sine)
 
 
-def jacobian(arm: ExactArm, link: int, trig: Trig, pins: Pins) -> list[list[Any]]:
-    """The task rows of the Jacobian in the frame of a link, entries reduced.
-
-    Args:
-        arm: The arm.
-        link: Which link, from 1 to n; 0 for the base.
-        trig: Where the entries live.
-        pins: Joints that stand still.
-    """
-    axes, points, tool = _axes(arm, link, trig, pins)
-    origin = (trig.context.constant(0),) * 3
-    reference = origin if set(arm.rows) == set(ROWS) else tool
-    columns = []
-    for i, (axis, point) in enumerate(zip(axes, points)):
-        twist = (*axis, *origin) if i in arm.sliding else (*cross(axis, minus(reference, point)), *axis)
-        both = [trig.reduce(value) for value in twist]
-        columns.append([both[ROWS.index(name)] for name in arm.rows])
-    return [list(row) for row in zip(*columns)]
-
-
 def middle_links(arm: ExactArm) -> list[int]:
     """Links to try, the middle first; the base alone where the rank depends on the frame."""
     if not is_frame_free(arm.rows):
@@ -119,35 +100,116 @@ def middle_links(arm: ExactArm) -> list[int]:
     return sorted(range(1, arm.n), key=lambda k: (abs(2 * k - arm.n), k)) or [0]
 
 
-def _axes(arm: ExactArm, link: int, trig: Trig, pins: Pins) -> tuple[list[Vector], list[Vector], Vector]:
-    """Every joint's axis and a point on it, and the tool point, in the frame of the link."""
-    placements = [
-        (tuple(tuple(trig.constant(a) for a in row) for row in R), tuple(trig.constant(a) for a in p))
-        for R, p in arm.placements
-    ]
-    zero, one = trig.context.constant(0), trig.context.constant(1)
-    start: Matrix = ((one, zero, zero), (zero, one, zero), (zero, zero, one))
-    axes: dict[int, Vector] = {}
-    points: dict[int, Vector] = {}
-    rotation, point = start, (zero, zero, zero)
-    for i in range(link, arm.n + 1):
-        point = _reduced(trig, plus(point, rotate(rotation, placements[i][1])))
-        rotation = times(rotation, placements[i][0])
-        if i < arm.n:
-            axes[i], points[i] = tuple(row[2] for row in rotation), point
-            motion, slide = _motion(arm, i, trig, pins)
+Placed = tuple[Matrix, Vector]
+"""The axes of a joint's frame as columns, and its origin."""
+
+
+@dataclass(frozen=True, eq=False)
+class Columns:
+    """The columns of the Jacobian in the frame of a link, remembered: each depends on the pins between alone.
+
+    Attributes:
+        arm: The arm.
+        link: Which link, from 1 to n; 0 for the base.
+    """
+
+    arm: ExactArm
+    link: int
+    _known: dict[tuple[object, ...], Any] = field(default_factory=dict, repr=False)
+
+    def jacobian(self, trig: Trig, state: State) -> list[list[Any]]:
+        """The task rows, entries reduced.
+
+        Args:
+            trig: Where the entries live.
+            state: Which joints stand still, and where.
+        """
+        now = _Now(self, trig, state, {pin.joint: (poly(pin.x), poly(pin.y)) for pin in state.pins})
+        return [list(row) for row in zip(*(now.column(joint) for joint in range(self.arm.n)))]
+
+
+@dataclass(frozen=True, eq=False)
+class _Now:
+    """The frames of an arm in one state.
+
+    Attributes:
+        columns: What is known already.
+        trig: Where the entries live.
+        state: The conditions.
+        pins: Its pins.
+    """
+
+    columns: Columns
+    trig: Trig
+    state: State
+    pins: Pins
+
+    def _remembered(self, what: str, index: int, first: int, last: int, made: Callable[[int], Any]) -> Any:
+        """What depends on the pins of joints from the first to before the last alone."""
+        between = tuple(pin for pin in self.state.pins if first <= pin.joint < last)
+        # An element of the field is its polynomial in θ: without a pin there is none.
+        key = (what, index, between, self.state.field if between else None)
+        if key not in self.columns._known:
+            self.columns._known[key] = made(index)
+        return self.columns._known[key]
+
+    def column(self, joint: int) -> list[Any]:
+        """The task rows of one column."""
+        whole, link = set(self.columns.arm.rows) == set(ROWS), self.columns.link
+        last = max(joint, link) if whole else self.columns.arm.n
+        column: list[Any] = self._remembered("column", joint, min(joint + 1, link), last, self._column)
+        return column
+
+    def _column(self, joint: int) -> list[Any]:
+        arm, zero = self.columns.arm, self.trig.context.constant(0)
+        origin = (zero, zero, zero)
+        reference = origin if set(arm.rows) == set(ROWS) else self.outwards(arm.n)[1]
+        rotation, point = self.outwards(joint) if joint >= self.columns.link else self.inwards(joint)
+        axis = tuple(row[2] for row in rotation)
+        twist = (*axis, *origin) if joint in arm.sliding else (*cross(axis, minus(reference, point)), *axis)
+        both = [self.trig.reduce(value) for value in twist]
+        return [both[ROWS.index(name)] for name in arm.rows]
+
+    def outwards(self, joint: int) -> Placed:
+        """The frame of a joint after the link, before it moves; the tip's for n."""
+        placed: Placed = self._remembered("outwards", joint, self.columns.link, joint, self._outwards)
+        return placed
+
+    def _outwards(self, joint: int) -> Placed:
+        trig, (R, p) = self.trig, self._placement(joint)
+        rotation, point = self._start
+        if joint > self.columns.link:
+            rotation, point = self.outwards(joint - 1)
+            motion, slide = _motion(self.columns.arm, joint - 1, trig, self.pins)
             point = plus(point, rotate(rotation, slide))
             rotation = tuple(_reduced(trig, row) for row in times(rotation, motion))
-    tool = point
-    rotation, point = start, (zero, zero, zero)
-    for i in range(link - 1, -1, -1):
-        axes[i], points[i] = tuple(row[2] for row in rotation), point
-        motion, slide = _motion(arm, i, trig, pins)
+        return times(rotation, R), _reduced(trig, plus(point, rotate(rotation, p)))
+
+    def inwards(self, joint: int) -> Placed:
+        """The frame of a joint before the link, after it has moved."""
+        placed: Placed = self._remembered("inwards", joint, joint + 1, self.columns.link, self._inwards)
+        return placed
+
+    def _inwards(self, joint: int) -> Placed:
+        if joint == self.columns.link - 1:
+            return self._start
+        trig, after = self.trig, joint + 1
+        (rotation, point), (R, p) = self.inwards(after), self._placement(after)
+        motion, slide = _motion(self.columns.arm, after, trig, self.pins)
         point = minus(point, rotate(rotation, slide))
-        back = transpose(times(placements[i][0], motion))
-        rotation = tuple(_reduced(trig, row) for row in times(rotation, back))
-        point = _reduced(trig, minus(point, rotate(rotation, placements[i][1])))
-    return [axes[i] for i in range(arm.n)], [points[i] for i in range(arm.n)], tool
+        rotation = tuple(_reduced(trig, row) for row in times(rotation, transpose(times(R, motion))))
+        return rotation, _reduced(trig, minus(point, rotate(rotation, p)))
+
+    @property
+    def _start(self) -> Placed:
+        zero, one = self.trig.context.constant(0), self.trig.context.constant(1)
+        return ((one, zero, zero), (zero, one, zero), (zero, zero, one)), (zero, zero, zero)
+
+    def _placement(self, joint: int) -> Placed:
+        """The constant transform before a joint."""
+        R, p = self.columns.arm.placements[joint]
+        constant = self.trig.constant
+        return tuple(tuple(constant(a) for a in row) for row in R), tuple(constant(a) for a in p)
 
 
 def _motion(arm: ExactArm, joint: int, trig: Trig, pins: Pins) -> tuple[Matrix, Vector]:

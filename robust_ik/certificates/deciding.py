@@ -9,11 +9,11 @@ from functools import cached_property
 from typing import Any
 
 from robust_ik.certificates.cases import Source, State
-from robust_ik.certificates.columns import Trig, jacobian
+from robust_ik.certificates.columns import Columns, Trig
 from robust_ik.certificates.effort import Effort, TooLargeError, height
 from robust_ik.certificates.exact_model import ExactArm
 from robust_ik.certificates.factoring import Factored, factor
-from robust_ik.certificates.fields import Field, poly
+from robust_ik.certificates.fields import Field
 from robust_ik.certificates.halfangles import HalfAngles, Homogeneous
 from robust_ik.certificates.minors import Minor, reduced
 from robust_ik.certificates.vanishing import divides, triangular, vanishes
@@ -53,18 +53,21 @@ class Case:
     """A state of the arm and what vanishes there.
 
     Attributes:
-        arm: The arm.
+        columns: Of the arm's Jacobian in the frame of a link.
         corank: Rank deficiency.
-        link: The link whose frame is used.
         state: The conditions.
         effort: What may be spent.
     """
 
-    arm: ExactArm
+    columns: Columns
     corank: int
-    link: int
     state: State
     effort: Effort
+
+    @property
+    def arm(self) -> ExactArm:
+        """The arm."""
+        return self.columns.arm
 
     @cached_property
     def half(self) -> HalfAngles:
@@ -124,8 +127,7 @@ class Case:
     # ------------------------------------------------------------------------------------------ minors
     def _branch(self) -> Decision:
         trig = Trig(self.arm.n, self.half.field, self.arm.sliding)
-        pins = {pin.joint: (poly(pin.x), poly(pin.y)) for pin in self.state.pins}
-        matrix = reduced(trig, jacobian(self.arm, self.link, trig, pins))
+        matrix = reduced(trig, self.columns.jacobian(trig, self.state))
         size = min(len(self.arm.rows), self.arm.n) - self.corank + 1
         if size <= len(matrix.pivots):
             return self._constant(matrix.constant(size), matrix.determinant(size))

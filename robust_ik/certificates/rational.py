@@ -15,10 +15,11 @@ ORIGIN: Vector = (ZERO, ZERO, ZERO)
 
 
 def dot(u: Sequence[Any], v: Sequence[Any]) -> Any:
-    """Σ uᵢ vᵢ."""
+    """Σ uᵢ vᵢ; most entries of links are zero, and nothing is done with these."""
     result = u[0] * v[0]
     for a, b in zip(u[1:], v[1:], strict=True):
-        result = result + a * b
+        if a and b:
+            result = result + a * b
     return result
 
 

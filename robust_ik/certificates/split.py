@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from robust_ik.certificates.cases import Node, State
+from robust_ik.certificates.columns import Columns
 from robust_ik.certificates.deciding import Case, Decision
 from robust_ik.certificates.effort import Effort, TooLargeError
 from robust_ik.certificates.exact_model import ExactArm
@@ -29,14 +30,13 @@ def split(arm: ExactArm, corank: int, link: int, deadline: float, effort: Effort
         deadline: When to stop, of `time.monotonic`; what is not decided then stays open.
         effort: What may be spent.
     """
-    return _Splitter(arm, corank, link, deadline, effort).run()
+    return _Splitter(Columns(arm, link), corank, deadline, effort).run()
 
 
 @dataclass
 class _Splitter:
-    arm: ExactArm
+    columns: Columns
     corank: int
-    link: int
     deadline: float
     effort: Effort
     nodes: list[Node] = field(default_factory=list)
@@ -66,12 +66,12 @@ class _Splitter:
         return self.ids[state]
 
     def _case(self, state: State) -> Case:
-        return Case(self.arm, self.corank, self.link, state, self.effort)
+        return Case(self.columns, self.corank, state, self.effort)
 
     def _treat(self, state: State) -> Node:
         case = self._case(state)
         try:
-            self.effort.spend(2 * self.arm.n**2)  # its Jacobian, and what is not counted elsewhere
+            self.effort.spend(2 * self.columns.arm.n**2)  # its Jacobian, and what is not counted elsewhere
             inside = self._inside(case, self.leaves)
             return inside or self._decided(case, case.decide())
         except TooLargeError as error:
@@ -132,6 +132,8 @@ def _embedding(state: State, leaf: State) -> Any | None:
     """θ of a leaf's field in the state's field, such that the leaf's pins hold there; None if they do not."""
     field, pins = Field(state.field), state.pinned
     if any(pin.joint not in pins for pin in leaf.pins):
+        return None
+    if any(pins[pin.joint].x != pin.x or (len(pin.y) == 1 and pins[pin.joint].y != pin.y) for pin in leaf.pins):
         return None
     algebraic = [pin for pin in leaf.pins if len(pin.y) > 1]
     for theta in [poly(("0",))] if not algebraic else _thetas(field, [pins[pin.joint].y for pin in algebraic]):
