@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from functools import cache
+from itertools import combinations
+
 import numpy as np
 
-from robust_ik.checks import Array, as_array
+from robust_ik.checks import Array, as_array, readonly
 from robust_ik.errors import InputError
 
 SWEEPS = 200
@@ -30,38 +33,42 @@ def sparse_basis(basis: Array, *, rng: np.random.Generator | None = None) -> Arr
         raise InputError(f"basis must be one matrix, got shape {basis.shape}")
     if basis.shape[1] < 2:
         return _ordered(basis)
-    rng = rng or np.random.default_rng(0)
-    turns = [np.eye(basis.shape[1]), *(_turn(rng, basis.shape[1]) for _ in range(RESTARTS))]
-    found = [_swept(basis @ turn) for turn in turns]
-    best = max(float((each**4).sum()) for each in found)
+    found = _swept(basis @ (_turns(basis.shape[1]) if rng is None else _random_turns(basis.shape[1], rng)))
+    size = (found**4).sum(axis=(1, 2))
     # Of equally good ones the first: the result does not hang on the last digit.
-    return _ordered(next(each for each in found if (each**4).sum() > best - 1e-9))
+    return _ordered(found[np.argmax(size > size.max() - 1e-9)])
 
 
-def _turn(rng: np.random.Generator, k: int) -> Array:
-    return np.asarray(np.linalg.qr(rng.normal(size=(k, k)))[0])
+@cache
+def _turns(k: int) -> Array:
+    return readonly(_random_turns(k, np.random.default_rng(0)))
+
+
+def _random_turns(k: int, rng: np.random.Generator) -> Array:
+    """No turn, and random ones, (1 + RESTARTS, k, k)."""
+    return np.concatenate([np.eye(k)[None], np.linalg.qr(rng.normal(size=(RESTARTS, k, k)))[0]])
 
 
 def _swept(columns: Array) -> Array:
-    """Sweeps over all pairs of columns until none turns any more."""
-    columns = columns.copy()
+    """Sweeps over all pairs of columns, (N, m, k), until none turns any more."""
+    columns = np.array(columns)
     for _ in range(SWEEPS):
         largest = 0.0
-        for i in range(columns.shape[1]):
-            for j in range(i + 1, columns.shape[1]):
-                angle = _best_angle(columns[:, i], columns[:, j])
-                c, s = np.cos(angle), np.sin(angle)
-                columns[:, [i, j]] = columns[:, [i, j]] @ np.array([[c, -s], [s, c]])
-                largest = max(largest, abs(angle))
+        for i, j in combinations(range(columns.shape[2]), 2):
+            x, y = columns[..., i].copy(), columns[..., j].copy()
+            angle = _best_angles(x, y)
+            c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
+            columns[..., i], columns[..., j] = c * x + s * y, c * y - s * x
+            largest = max(largest, float(np.abs(angle).max()))
         if largest < STILL:
             break
     return columns
 
 
-def _best_angle(x: Array, y: Array) -> float:
-    """The turn of two columns that makes the sum of fourth powers largest."""
+def _best_angles(x: Array, y: Array) -> Array:
+    """The turns of two columns each, (N, m), that make the sum of fourth powers largest, (N,)."""
     u, v = x * x - y * y, 2 * x * y
-    return float(np.arctan2(2 * (u @ v), (u @ u) - (v @ v))) / 4
+    return np.asarray(np.arctan2(2 * (u * v).sum(axis=1), (u * u - v * v).sum(axis=1)) / 4)
 
 
 def _ordered(columns: Array) -> Array:
