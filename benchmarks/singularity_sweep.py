@@ -26,7 +26,7 @@ from robust_ik.catalog import EXAMPLES, Entry, catalog
 from robust_ik.linalg import svd
 from robust_ik.singularities.atlas import SingularityAtlas
 from robust_ik.singularities.confidence import Status
-from robust_ik.singularities.constants import screws_at_zero
+from robust_ik.singularities.constants import axes_at_zero, constants
 from robust_ik.singularities.strata import Stratum
 from robust_ik.urdf import read_urdf
 
@@ -83,15 +83,16 @@ def _of(entry: Entry) -> list[Case]:
 
 def geometry(robot: rik.Robot) -> NDArray[np.float64]:
     """How far and how steep each axis stands to each other one at zero, the same for a mirrored arm, (3 c c,)."""
-    axes, points, sliding, mixing, _ = screws_at_zero(robot)
+    frames, sliding, mixing = constants(robot)
+    axes, points = axes_at_zero(frames[:-1, :3, :3], frames[:-1, :3, 3])
     cosines = np.abs(axes @ axes.T)
     normals = np.cross(axes[:, None], axes[None])
     apart = points[:, None] - points[None]
     across = np.einsum("ijk,ijk->ij", apart, normals) / np.maximum(np.linalg.norm(normals, axis=2), 1e-9)
     parallel = np.linalg.norm(np.cross(apart, axes[:, None]), axis=2)
     distances = np.where(cosines > 1 - 1e-9, parallel, np.abs(across))
-    distances *= np.outer(~np.array(sliding), ~np.array(sliding))
-    return np.concatenate([cosines.ravel(), distances.ravel(), np.abs(mixing).ravel(), np.array(sliding, dtype=float)])
+    distances *= np.outer(~sliding, ~sliding)
+    return np.concatenate([cosines.ravel(), distances.ravel(), np.abs(mixing).ravel(), sliding.astype(float)])
 
 
 def spurious(robot: rik.Robot, atlas: SingularityAtlas) -> int:

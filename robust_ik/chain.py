@@ -7,6 +7,7 @@ constant rotation and one by a planar one.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import cached_property
@@ -93,6 +94,26 @@ class Chain:
         from robust_ik.kernels.kinematics import hessians
 
         return self._each(hessians, q, (6, self.n, self.n), number_of(reference))
+
+    def contractions(self, q: Array, wrenches: Array, motions: Array, *, paired: bool = False) -> Array:
+        """Σ wrench_i (∂J_ij/∂q_k) motion_j for every k, without ∂J/∂q; reference "local_world_aligned".
+
+        Args:
+            q: Of N configurations, (N, nq).
+            wrenches: What the rows of J are weighted with, (N, a, 6).
+            motions: And its columns, (N, b, n).
+            paired: Only of wrenches and motions at the same place, as many as there are of both.
+
+        Returns:
+            (N, a, b, n), or (N, a, n).
+        """
+        from robust_ik.kernels.contraction import contractions
+
+        pairs = wrenches.shape[1:2] if paired else (wrenches.shape[1], motions.shape[1])
+        result = np.empty((len(q), *pairs, self.n))
+        given = (np.ascontiguousarray(each, dtype=float) for each in (q, wrenches, motions))
+        contractions(self.packed, *given, int(paired), result.reshape(len(q), math.prod(pairs), self.n))
+        return result
 
     def _each(self, kernel: Callable[..., Any], q: Array, shape: tuple[int, ...], *options: int) -> Array:
         result = np.empty((*q.shape[:-1], *shape))

@@ -21,6 +21,7 @@ from robust_ik.description import Description
 from robust_ik.dh import DHTable
 from robust_ik.errors import FrameNotFoundError, InputError, TipError, listed, suggest
 from robust_ik.joints import JointMap
+from robust_ik.linalg import svd
 from robust_ik.model import Kinematics, build_model, joints_to_keep
 from robust_ik.pose_ik import PoseOptions, PoseResult, PoseResults, PoseSolver, wanted_rows
 from robust_ik.rows import ROWS, checked_rows
@@ -288,6 +289,29 @@ class Robot:
             (..., len(rows), n, n).
         """
         return self._select(self.chain(frame).hessians(self._checked(q), reference), rows, axis=-3)
+
+    def singular_value_gradients(
+        self, q: ArrayLike, frame: str | None = None, *, rows: Sequence[str] | None = None
+    ) -> Array:
+        """∂σᵢ/∂q_k of the Jacobian, world axes at the frame's point, without its Hessian.
+
+        The same as `robust_ik.singular_value_gradients` of `jacobian` and `hessian`, whose words on σ = 0 and equal
+        singular values hold here too.
+
+        Args:
+            q: Configurations, (..., nq).
+            frame: As for `jacobian`.
+            rows: As for `jacobian`.
+
+        Returns:
+            (..., k, n) with k = min(len(rows), n); row i belongs to σᵢ.
+        """
+        q, names = self._checked(q), self.rows if rows is None else checked_rows(rows)
+        found = svd(self.jacobian(q, frame, rows=names).reshape(-1, len(names), self.n))
+        wrenches = np.zeros((len(found.s), found.s.shape[1], len(ROWS)))
+        wrenches[..., [ROWS.index(name) for name in names]] = np.swapaxes(found.U, 1, 2)
+        gradients = self.chain(frame).contractions(q.reshape(-1, self.nq), wrenches, found.Vt, paired=True)
+        return gradients.reshape(*q.shape[:-1], *gradients.shape[1:])
 
     # ------------------------------------------------------------------------------------------ inverse kinematics
     @cached_property

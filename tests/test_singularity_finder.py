@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import robust_ik as rik
 from robust_ik.catalog import catalog
+from robust_ik.linalg import full_svd
 from robust_ik.singularities.finder import find_points, local_dimensions, project
 from robust_ik.singularities.gradient import rotated_gradients
 from robust_ik.singularities.kinematics import ScrewChain
@@ -75,7 +76,7 @@ def test_a_contraction_is_the_hessian_between_vectors(rng):
     its = chain("panda")
     values, U, V = rng.uniform(-1, 1, (4, 7)), rng.normal(size=(4, 6, 2)), rng.normal(size=(4, 7, 3))
     expected = np.einsum("nia,nijk,njb->nabk", U, its.hessian(values), V)
-    assert_allclose(its.contraction(its.screws(values), U, V), expected, atol=1e-12)
+    assert_allclose(its.contraction(values, U, V), expected, atol=1e-12)
 
 
 @pytest.mark.parametrize("name", ["pa10", "kinova", "tiago", "planar_3r"])
@@ -109,8 +110,8 @@ def test_a_whole_tree_is_refused():
 def test_the_residuals_derivative_is_that_of_frozen_vectors(name, corank, rng):
     its, h = chain(name), 1e-6
     q = its.random(rng, 1)
-    U, _, Vt = np.linalg.svd(its.jacobian(q[0]))
-    U2, V2 = U[:, its.m - corank :], Vt[its.m - corank :].T
+    found = full_svd(its.jacobian(q))
+    U2, V2 = found.U[0, :, its.m - corank :], found.Vt[0, its.m - corank :].T
     around = its.jacobian(q + h * np.vstack([np.eye(its.n), -np.eye(its.n)]))
     r = (U2.T @ around @ V2).reshape(2 * its.n, -1)
     at = Residual.at(its, q, corank)

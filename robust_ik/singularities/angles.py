@@ -9,7 +9,7 @@ from itertools import combinations
 import numpy as np
 
 from robust_ik.checks import Array
-from robust_ik.singularities.kinematics import ScrewChain
+from robust_ik.singularities.kinematics import REFERENCE, ScrewChain
 
 PARALLEL = 1e-9
 """Axes whose directions differ by less are parallel: 1 − |cos| of the angle between them."""
@@ -93,7 +93,7 @@ def candidates(chain: ScrewChain, joints: Sequence[int], values: Array) -> list[
     found = [single(chain, joint) for joint in joints]
     if len(chain.sliding) != chain.n or np.any(chain.mixing != np.eye(chain.n)):
         return found
-    axes = chain.screws(values).angular.transpose(2, 1, 0)
+    axes = chain.joints.jacobians(values, REFERENCE)[:, 3:].transpose(2, 0, 1)
     for i, j in combinations(range(len(joints)), 2):
         run = list(joints[i : j + 1])
         cosines = np.einsum("jni,ni->jn", axes[run], axes[run[0]])

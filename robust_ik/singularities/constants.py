@@ -5,79 +5,69 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robust_ik.checks import Array
 from robust_ik.errors import TipError
-from robust_ik.rows import ROWS
 
 if TYPE_CHECKING:
     from robust_ik.robot import Robot
 
+Mask = NDArray[np.bool_]
 
-def screws_at_zero(robot: Robot) -> tuple[Array, Array, tuple[bool, ...], Array, Array]:
-    """The axes that move a robot's tip, with all independent joints at zero.
 
-    A joint's screw is what it adds to the Jacobian, in the world's reference, of the link that carries it.
+def constants(robot: Robot) -> tuple[Array, Mask, Array]:
+    """What moves a robot's tip, as functions of the values of its independent joints.
 
     Args:
         robot: Any robot with a tip.
 
     Returns:
-        Unit axes (c, 3), points on them (c, 3), whether they slide, the mixing of independent joints (c, n), and the
-        tip's point (3,).
+        Each joint's axis frame (z is the axis) in the one before with all values at zero, and the tip's in the last
+        one, (c + 1, 4, 4); whether the joints slide, (c,); and their motions by the independent joints, (c, n).
 
     Raises:
         TipError: The robot was loaded whole, without a tip.
     """
     if robot.tip is None:
         raise TipError(f"{robot.name} was loaded whole, without a tip: singularities are those of a chain to a tip")
-    joints = [joint for joint in robot.description.chain(robot.tip) if joint.kind != "fixed"]
-    axes, points, mixing = [], [], []
-    for joint in joints:
-        driver = robot.description.driver[joint.name]
-        column = robot.joint_names.index(driver.source)
-        mixing.append(driver.multiplier * np.eye(robot.n)[column])
-        carrier, moved = (
-            robot.jacobian(robot.neutral, link, "world", rows=ROWS)[:, column] for link in (joint.parent, joint.child)
-        )
-        linear, angular = np.split((moved - carrier) / (driver.multiplier or 1.0), 2)
-        axis = linear if joint.kind == "prismatic" else angular
-        axes.append(axis if axis.any() else np.array([0.0, 0.0, 1.0]))
-        points.append(np.cross(angular, linear))
-    sliding = tuple(joint.kind == "prismatic" for joint in joints)
-    return np.array(axes), np.array(points), sliding, np.array(mixing), robot.pose(robot.neutral)[:3, 3]
+    chain = robot.chain()
+    frames, mixing = np.zeros((len(chain) + 1, 4, 4)), np.zeros((len(chain), robot.n))
+    frames[:-1, :3, :3], frames[:-1, :3, 3], frames[:, 3, 3], frames[-1] = (
+        chain.rotations,
+        chain.origins,
+        1.0,
+        chain.tip,
+    )
+    mixing[np.arange(len(chain)), chain.column] = chain.factor
+    for slides, shift, after in zip(chain.sliding, chain.shift, frames[1:]):
+        # A mimic joint that is not at zero where its source is.
+        moved = np.eye(4)
+        if slides:
+            moved[2, 3] = shift
+        else:
+            moved[:2, :2] = [[np.cos(shift), -np.sin(shift)], [np.sin(shift), np.cos(shift)]]
+        after[:] = moved @ after
+    return frames, chain.sliding, mixing
 
 
-def axis_frames(axes: Array, points: Array, tip: Array) -> tuple[Array, Array, Array]:
-    """Each axis as the z of a frame, from one to the next.
+def axes_at_zero(rotations: Array, offsets: Array) -> tuple[Array, Array]:
+    """The joints' axes with all of them at zero and a point on each, world, (c, 3) each.
 
     Args:
-        axes: Unit vectors, (c, 3).
-        points: A point on each, (c, 3).
-        tip: The tip's point, (3,).
-
-    Returns:
-        Rotations (c, 3, 3) and offsets (c, 3) into the frame before, the first one being the world, and the tip's
-        point in the last frame.
+        rotations: From each joint's axis frame to the next one's, (c, 3, 3).
+        offsets: Origins of the axis frames in the one before, (c, 3).
     """
-    rotation, origin = np.eye(3), np.zeros(3)
-    rotations, offsets = [], []
-    for axis, point in zip(axes, points):
-        frame = _with_z(axis)
-        rotations.append(rotation.T @ frame)
-        offsets.append(rotation.T @ (point - origin))
-        rotation, origin = frame, point
-    return np.array(rotations), np.array(offsets), rotation.T @ (tip - origin)
+    rotation, point = np.eye(3), np.zeros(3)
+    axes, points = [], []
+    for turned, offset in zip(rotations, offsets):
+        point, rotation = point + rotation @ offset, rotation @ turned
+        axes.append(rotation[:, 2])
+        points.append(point)
+    return np.array(axes), np.array(points)
 
 
-def _with_z(axis: Array) -> Array:
-    """A rotation whose third column is a unit axis."""
-    x = np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis)
-    x /= np.linalg.norm(x)
-    return np.stack([x, np.cross(axis, x), axis], axis=-1)
-
-
-def ranges(robot: Robot, sliding: Array, mixing: Array) -> tuple[Array, Array, Array]:
+def ranges(robot: Robot, sliding: Mask, mixing: Array) -> tuple[Array, Array, Array]:
     """Where to search, and the period of each joint. Limits count for joints that slide only.
 
     Args:

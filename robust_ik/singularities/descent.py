@@ -1,4 +1,4 @@
-"""Levenberg and Marquardt's method for N searches at once. NumPy only."""
+"""Levenberg and Marquardt's method for N searches at once. Arrays only."""
 
 from __future__ import annotations
 
@@ -60,22 +60,24 @@ def project(chain: ScrewChain, corank: int, values: Array, tolerance: float = TO
     """Steps from each of the joint values (N, n) until ‖r‖ ≤ tolerance σ₁ or no step helps."""
     values = values.copy()
     state = Residual.at(chain, values, corank)
+    norm, relative = state.norm, state.relative
     damping = np.full(len(values), FIRST_DAMPING)
     idle, tries = np.zeros((2, len(values)), dtype=int)
     for _ in range(STEPS):
-        active = np.flatnonzero((state.relative > tolerance) & (idle < PATIENCE))
+        active = np.flatnonzero((relative > tolerance) & (idle < PATIENCE))
         if active.size == 0:
             break
-        here = state.select(active)
-        trial = values[active] + step(here, damping[active])
+        trial = values[active] + step(state.select(active), damping[active])
         there = Residual.at(chain, trial, corank)
-        better = there.norm < here.norm
+        before, after = norm[active], there.norm
         tries[active] += 1
-        idle[active] = np.where(there.norm < WORTHWHILE * here.norm, 0, idle[active] + 1)
-        damping[active] *= np.where(better, LESS, MORE)
-        values[active[better]] = trial[better]
-        state.put(active[better], there.select(np.flatnonzero(better)))
-    return Search(values, state, tries, state.relative <= tolerance)
+        idle[active] = np.where(after < WORTHWHILE * before, 0, idle[active] + 1)
+        damping[active] *= np.where(after < before, LESS, MORE)
+        better = np.flatnonzero(after < before)
+        taken, there = active[better], there.select(better)
+        values[taken], norm[taken], relative[taken] = trial[better], after[better], there.relative
+        state.put(taken, there)
+    return Search(values, state, tries, relative <= tolerance)
 
 
 def step(at: Residual, damping: Array) -> Array:
@@ -87,13 +89,11 @@ def step(at: Residual, damping: Array) -> Array:
         at: r and A = ∂r/∂q of N configurations.
         damping: (N,).
     """
-    A, r = at.derivative, at.vector[..., None]
-    At = np.swapaxes(A, 1, 2)
-    wide = A.shape[1] < A.shape[2]
-    gram = A @ At if wide else At @ A
-    size = np.trace(gram, axis1=1, axis2=2)
-    mu = damping * at.norm * at.scale + 1e-15 * size + 1e-300
-    gram += mu[:, None, None] * np.eye(gram.shape[-1])
-    move = At @ np.linalg.solve(gram, r) if wide else np.linalg.solve(gram, At @ r)
-    longest = np.abs(move[..., 0]).max(axis=1, keepdims=True)
-    return np.asarray(-move[..., 0] * (LONGEST_STEP / np.maximum(longest, LONGEST_STEP)))
+    from robust_ik.kernels.levenberg import steps  # imports Numba, half a second: only where it is needed
+
+    count, p, n = at.derivative.shape
+    size, result = min(p, n), np.empty((count, n))
+    mu = damping * at.norm * at.scale
+    room = np.empty((size, size)), np.empty((1, size))
+    steps(at.derivative, np.ascontiguousarray(at.weakest), mu, LONGEST_STEP, *room, result)
+    return result

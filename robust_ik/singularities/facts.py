@@ -19,7 +19,7 @@ from robust_ik.checks import Array, as_array, readonly
 from robust_ik.dh import DHTable
 from robust_ik.dh_toml import read_dh
 from robust_ik.errors import InputError, LoadError
-from robust_ik.singularities.kinematics import ScrewChain, last_axes
+from robust_ik.singularities.kinematics import ScrewChain
 from robust_ik.singularities.notation import symbols
 from robust_ik.singularities.reachable import reachable_rows
 from robust_ik.singularities.straight import straightened
@@ -112,7 +112,7 @@ class RobotFacts:
             given=given,
             changes=changes,
             snapped=snap,
-            tool=last_axes(chain, np.zeros(chain.n)).T @ robot.pose(robot.neutral)[:3, :3],
+            tool=chain.last_axes(np.zeros(chain.n)).T @ robot.pose(robot.neutral)[:3, :3],
             exact=exact,
             inexact=inexact,
         )

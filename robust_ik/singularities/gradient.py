@@ -48,10 +48,9 @@ class Slope:
     @classmethod
     def at(cls, chain: ScrewChain, values: Array, corank: int) -> Slope:
         """At joint values (N, n)."""
-        screws = chain.screws(values)
-        found = svd(chain.jacobian_of(screws))
+        found = svd(chain.jacobian(values))
         right = np.swapaxes(found.Vt[:, chain.m - corank :], -1, -2)
-        return cls(found.s[:, chain.m - corank :], chain.contraction(screws, found.U[..., chain.m - corank :], right))
+        return cls(found.s[:, chain.m - corank :], chain.contraction(values, found.U[..., chain.m - corank :], right))
 
     @property
     def cluster(self) -> Indices:
@@ -102,9 +101,7 @@ def gradient_search(
 
 def _targets(chain: ScrewChain, values: Array, corank: int) -> Array:
     """σ_{m−k+1}, (..., n) → (...)."""
-    flat = values.reshape(-1, chain.n)
-    found = singular_values(chain.jacobian_of(chain.screws(flat)))[:, chain.m - corank]
-    return np.asarray(found.reshape(values.shape[:-1]))
+    return np.asarray(singular_values(chain.jacobian(values))[..., chain.m - corank])
 
 
 def directions(chain: ScrewChain, values: Array, slope: Slope, *, rotated: bool = True) -> Array:

@@ -100,5 +100,5 @@ def descend(
         passed.append(here[0])
         gradients.append(along[0])
     values = np.array(passed)
-    s = singular_values(chain.jacobian_of(chain.screws(values)))
+    s = singular_values(chain.jacobian(values))
     return Descent(corank, values, s, np.array(gradients).reshape(-1, chain.n))

@@ -1,7 +1,6 @@
 """Jacobians of many configurations at once, and the contractions of their derivatives that a search needs.
 
-A chain is a product of exponentials (Murray, Li, Sastry 1994, eq. (3.3)) with each axis turned to z, so that a joint
-costs one product by a constant rotation and one by a planar one. NumPy only.
+Of joint values alone: where the joints that they move stand in a robot's q plays no part. Arrays only.
 """
 
 from __future__ import annotations
@@ -14,28 +13,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robust_ik.chain import Chain
 from robust_ik.checks import Array, as_array, checked_parameter, readonly
+from robust_ik.errors import InputError
 from robust_ik.linalg import singular_values
 from robust_ik.rows import ROWS, checked_rows
-from robust_ik.singularities.constants import axis_frames, ranges, screws_at_zero
+from robust_ik.singularities.constants import constants, ranges
 
 if TYPE_CHECKING:
     from robust_ik.robot import Robot
 
+REFERENCE = "local_world_aligned"
 SIZED, VANISHING = 20, 1e-3
-
-
-@dataclass(frozen=True, eq=False)
-class Screws:
-    """What each joint of N chains does to the tip, world axes: its linear and angular velocity per unit speed.
-
-    Attributes:
-        linear: (3, N, c).
-        angular: (3, N, c), zero for joints that slide.
-    """
-
-    linear: Array
-    angular: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +62,8 @@ class ScrewChain:
     def __post_init__(self) -> None:
         for name in ("rotations", "offsets", "tip", "mixing", "lower", "upper", "period"):
             object.__setattr__(self, name, readonly(getattr(self, name)))
+        if (np.count_nonzero(self.mixing, axis=1) > 1).any():
+            raise InputError(f"every joint must follow one independent joint, got a mixing of {self.mixing.tolist()}")
 
     @classmethod
     def of(cls, robot: Robot, *, rows: Sequence[str] | None = None, length_scale: float = 1.0) -> ScrewChain:
@@ -87,17 +78,16 @@ class ScrewChain:
             TipError: The robot was loaded whole, without a tip.
             InputError: There are no such rows, or the length is not positive.
         """
-        axes, points, sliding, mixing, tip = screws_at_zero(robot)
-        rotations, offsets, last = axis_frames(axes, points, tip)
-        lower, upper, period = ranges(robot, np.array(sliding), mixing)
+        frames, sliding, mixing = constants(robot)
+        lower, upper, period = ranges(robot, sliding, mixing)
         return cls(
             joint_names=robot.joint_names,
             rows=robot.rows if rows is None else checked_rows(rows),
             length_scale=checked_parameter("length_scale", length_scale, above=0),
-            rotations=rotations,
-            offsets=offsets,
-            sliding=sliding,
-            tip=last,
+            rotations=frames[:-1, :3, :3],
+            offsets=frames[:-1, :3, 3],
+            sliding=tuple(bool(each) for each in sliding),
+            tip=frames[-1, :3, 3],
             mixing=mixing,
             lower=lower,
             upper=upper,
@@ -129,91 +119,60 @@ class ScrewChain:
         turns = np.where(np.isfinite(self.period), np.floor(values / self.period + 0.5), 0.0)
         return np.asarray(values - turns * np.where(np.isfinite(self.period), self.period, 0.0))
 
+    @cached_property
+    def joints(self) -> Chain:
+        """The same in all six rows, in metres, as compiled code reads it; q are the joint values."""
+        each, column = np.arange(len(self.sliding)), np.argmax(self.mixing != 0, axis=1)
+        tip = np.eye(4)
+        tip[:3, 3] = self.tip
+        return Chain(
+            n=self.n,
+            nq=self.n,
+            rotations=self.rotations,
+            origins=self.offsets,
+            sliding=np.array(self.sliding),
+            column=column,
+            factor=self.mixing[each, column],
+            shift=np.zeros(len(each)),
+            place=column,
+            circling=np.zeros(len(each), dtype=bool),
+            tip=tip,
+        )
+
+    @cached_property
+    def _rows(self) -> tuple[list[int], Array]:
+        """The rows of a whole Jacobian that are looked at, and their factors, (m,)."""
+        chosen = [ROWS.index(row) for row in self.rows]
+        return chosen, np.where(np.array(chosen) < 3, 1 / self.length_scale, 1.0)
+
     def jacobian(self, values: ArrayLike) -> Array:
         """The Jacobian in `rows`, those of lengths divided by `length_scale`: (..., n) → (..., m, n)."""
-        values = as_array(values, "values", (self.n,))
-        J = self.jacobian_of(self.screws(values.reshape(-1, self.n)))
-        return J.reshape(*values.shape[:-1], self.m, self.n)
+        rows, factors = self._rows
+        J = self.joints.jacobians(as_array(values, "values", (self.n,)), REFERENCE)
+        return np.asarray(J[..., rows, :] * factors[:, None])
 
     def hessian(self, values: ArrayLike) -> Array:
         """∂J_ij/∂q_k, (..., n) → (..., m, n, n)."""
-        values = as_array(values, "values", (self.n,))
-        flat = values.reshape(-1, self.n)
-        every = np.broadcast_to(np.eye(self.m), (len(flat), self.m, self.m))
-        columns = np.broadcast_to(np.eye(self.n), (len(flat), self.n, self.n))
-        return self.contraction(self.screws(flat), every, columns).reshape(*values.shape[:-1], self.m, self.n, self.n)
+        rows, factors = self._rows
+        H = self.joints.hessians(as_array(values, "values", (self.n,)), REFERENCE)
+        return np.asarray(H[..., rows, :, :] * factors[:, None, None])
 
-    def screws(self, values: Array) -> Screws:
-        """The c joint screws of N configurations, (N, n)."""
-        count, moves = len(values), (values @ self.mixing.T).T
-        axes, points = np.empty((2, len(self.sliding), 3, count))
-        # Columns of the rotation so far come first: frame[i] is the image of unit vector i, (3, N).
-        frame = np.broadcast_to(np.eye(3)[:, :, None], (3, 3, count))
-        point = np.zeros((3, count))
-        for index, (slides, move) in enumerate(zip(self.sliding, moves)):
-            point = point + np.tensordot(self.offsets[index], frame, 1)
-            frame = (self.rotations[index].T @ frame.reshape(3, -1)).reshape(3, 3, count)
-            axes[index], points[index] = frame[2], point
-            if slides:
-                point = point + move * frame[2]
-            else:
-                c, s = np.cos(move), np.sin(move)
-                frame = np.stack([c * frame[0] + s * frame[1], c * frame[1] - s * frame[0], frame[2]])
-        tip = point + np.tensordot(self.tip, frame, 1)
-        return self._velocities(axes.transpose(1, 2, 0), (tip - points).transpose(1, 2, 0))
-
-    def _velocities(self, axes: Array, arms: Array) -> Screws:
-        turning = ~np.array(self.sliding)
-        return Screws(np.where(turning, _cross(axes, arms), axes), axes * turning)
-
-    def jacobian_of(self, screws: Screws) -> Array:
-        """The Jacobians of N configurations, (N, m, n)."""
-        twists = np.concatenate([screws.linear / self.length_scale, screws.angular])
-        J = twists[[ROWS.index(row) for row in self.rows]].transpose(1, 0, 2)
-        return np.asarray(J @ self.mixing)
-
-    def contraction(self, screws: Screws, left: Array, right: Array) -> Array:
-        """Uᵀ (∂J/∂q_k) V for every k without ∂J/∂q: sums over the joints before and after k.
-
-        With v, w the joints' linear and angular velocities, ∂v_i/∂q_k = w_min(i,k) × v_max(i,k), and ∂w_i/∂q_k =
-        w_k × w_i for k < i, else 0; this holds for sliding joints too, whose w is 0.
+    def contraction(self, values: Array, left: Array, right: Array) -> Array:
+        """Uᵀ (∂J/∂q_k) V for every k without ∂J/∂q.
 
         Args:
-            screws: Of N configurations.
+            values: Of N configurations, (N, n).
             left: Columns of U, (N, m, a).
             right: Columns of V, (N, n, b).
 
         Returns:
             (N, a, b, n).
-
-        Source: Almarkhi-Maciejewski, eq. (9), with p_i in the branch k < i.
         """
-        U = np.zeros((6, len(left), 1, left.shape[-1]))
-        U[[ROWS.index(row) for row in self.rows], :, 0] = left.transpose(1, 0, 2)
-        force, torque = U[:3] / self.length_scale, U[3:]
-        v, w = screws.linear[..., None], screws.angular[..., None]
-        motion = (self.mixing @ right)[None]
-        after_v = np.cumsum((v * motion)[:, :, ::-1], axis=2)[:, :, ::-1]
-        turn = w * motion
-        before_w = np.cumsum(turn, axis=2) - turn
-        after_w = np.cumsum(turn[:, :, ::-1], axis=2)[:, :, ::-1]
-        one = np.concatenate([_cross(force, w), _cross(v, force), _cross(torque, w)])
-        other = np.concatenate([after_v, before_w, after_w])
-        contracted = one.transpose(1, 2, 3, 0) @ other.transpose(1, 2, 0, 3)
-        return np.asarray(contracted.transpose(0, 2, 3, 1) @ self.mixing)
+        rows, factors = self._rows
+        wrenches = np.zeros((len(left), left.shape[2], 6))
+        wrenches[..., rows] = np.swapaxes(left, 1, 2) * factors
+        return self.joints.contractions(values, wrenches, np.swapaxes(right, 1, 2))
 
-
-def last_axes(chain: ScrewChain, values: Array) -> Array:
-    """The last joint's axis frame after it has moved, world axes, (3, 3)."""
-    R = np.eye(3)
-    for turn, slides, move in zip(chain.rotations, chain.sliding, chain.mixing @ values):
-        R = R @ turn
-        if not slides:
-            c, s = np.cos(move), np.sin(move)
-            R = R @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1.0]])
-    return R
-
-
-def _cross(a: Array, b: Array) -> Array:
-    """A × b along the first axis."""
-    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+    def last_axes(self, values: Array) -> Array:
+        """The last joint's axis frame after it has moved, world axes, (..., n) → (..., 3, 3)."""
+        return self.joints.poses(values)[..., :3, :3]

@@ -10,7 +10,7 @@ import numpy as np
 from robust_ik.checks import Array, readonly
 from robust_ik.rows import ROWS
 from robust_ik.singularities.directions import LostMotion, lost_motion
-from robust_ik.singularities.kinematics import ScrewChain, last_axes
+from robust_ik.singularities.kinematics import ScrewChain
 from robust_ik.singularities.landmarks import Axes, landmarks
 from robust_ik.singularities.words import in_words
 
@@ -57,7 +57,7 @@ def lost_along(chain: ScrewChain, tool: Array, corank: int, samples: Array) -> L
     lost, axes = [], []
     for J, H, each in zip(every.jacobian(values), every.hessian(values), values):
         T = np.eye(4)
-        T[:3, :3] = last_axes(chain, each) @ tool
+        T[:3, :3] = chain.last_axes(each) @ tool
         lost.append(lost_motion(J[list(rows)], H[list(rows)], T, corank, rows))
         axes.append(Axes.of(J, np.zeros(3)))
     return Lost(in_words(lost, axes, landmarks(axes[0])), _way_out(lost), values[0], lost[0])

@@ -33,28 +33,32 @@ class Residual:
     """The residual of N configurations.
 
     Attributes:
+        corank: k.
         s: Singular values of the Jacobian, (N, m).
-        weakest: The k smallest of them: the diagonal of r, which is zero elsewhere, (N, k).
         derivative: ∂r/∂q, (N, k (n − m + k), n); entry (a, b) of U₂ᵀ J V₂ is row a (n − m + k) + b.
         scale: What singular values are small against, (N,): σ₁, unless the whole Jacobian vanishes.
     """
 
+    corank: int
     s: Array
-    weakest: Array
     derivative: Array
     scale: Array
 
     @classmethod
     def at(cls, chain: ScrewChain, values: Array, corank: int) -> Residual:
         """The residual at joint values (N, n)."""
-        screws = chain.screws(values)
-        found = full_svd(chain.jacobian_of(screws))
+        found = full_svd(chain.jacobian(values))
         left = found.U[..., chain.m - corank :]
         right = np.swapaxes(found.Vt[..., chain.m - corank :, :], -1, -2)
-        A = chain.contraction(screws, left, right)
+        A = chain.contraction(values, left, right)
         A = A.reshape(len(values), left.shape[-1] * right.shape[-1], chain.n)
         scale = np.maximum(found.s[:, 0], chain.least_scale)
-        return cls(found.s, found.s[:, chain.m - corank :], A, scale)
+        return cls(corank, found.s, A, scale)
+
+    @property
+    def weakest(self) -> Array:
+        """The k smallest singular values: the diagonal of r, which is zero elsewhere, (N, k)."""
+        return np.asarray(self.s[:, self.s.shape[1] - self.corank :])
 
     @property
     def norm(self) -> Array:
@@ -76,12 +80,11 @@ class Residual:
 
     def select(self, which: Indices) -> Residual:
         """That of some of the configurations."""
-        return Residual(self.s[which], self.weakest[which], self.derivative[which], self.scale[which])
+        return Residual(self.corank, self.s[which], self.derivative[which], self.scale[which])
 
     def put(self, which: Indices, other: Residual) -> None:
         """Writes the residuals of other configurations in the place of some."""
-        self.s[which], self.weakest[which], self.derivative[which] = other.s, other.weakest, other.derivative
-        self.scale[which] = other.scale
+        self.s[which], self.derivative[which], self.scale[which] = other.s, other.derivative, other.scale
 
 
 def check_corank(chain: ScrewChain, corank: int) -> None:

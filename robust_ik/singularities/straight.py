@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from robust_ik.chain import axis_frames
 from robust_ik.checks import Array
-from robust_ik.singularities.constants import axis_frames
+from robust_ik.singularities.constants import axes_at_zero
 from robust_ik.singularities.kinematics import ScrewChain
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ def straightened(robot: Robot, chain: ScrewChain, tolerance: float = TOLERANCE) 
     before = np.eye(4)
     axes, points, changes = [], [], []
     frames = [robot.pose(robot.neutral, joint.child) for joint in joints]
-    for joint, frame, axis in zip(joints, frames, _axes(chain)):
+    for joint, frame, axis in zip(joints, frames, axes_at_zero(chain.rotations, chain.offsets)[0]):
         step = np.linalg.inv(before) @ frame
         exact, change = nearest_exact(step[:3, :3], tolerance)
         own, tilt = nearest_direction(frame[:3, :3].T @ axis, tolerance)
@@ -47,20 +48,12 @@ def straightened(robot: Robot, chain: ScrewChain, tolerance: float = TOLERANCE) 
         axes.append(rotation @ own)
         points.append(origin)
         before = frame
-    tip = origin + rotation @ (np.linalg.inv(before) @ np.append(robot.pose(robot.neutral)[:3, 3], 1.0))[:3]
+    tip = np.eye(4)
+    tip[:3, 3] = origin + rotation @ (np.linalg.inv(before) @ robot.pose(robot.neutral)[:, 3])[:3]
     if not changes:
         return chain, ()
     rotations, offsets, last = axis_frames(np.array(axes), np.array(points), tip)
-    return replace(chain, rotations=rotations, offsets=offsets, tip=last), tuple(changes)
-
-
-def _axes(chain: ScrewChain) -> Array:
-    """The joints' axes with all of them at zero, world, (c, 3)."""
-    rotation, found = np.eye(3), []
-    for each in chain.rotations:
-        rotation = rotation @ each
-        found.append(rotation[:, 2])
-    return np.array(found)
+    return replace(chain, rotations=rotations, offsets=offsets, tip=last[:3, 3]), tuple(changes)
 
 
 def nearest_exact(R: Array, tolerance: float) -> tuple[Array, float]:
