@@ -74,24 +74,31 @@ class HalfAngles:
         actual = value.degrees() if value else (0,) * (self.n + 1)
         return Homogeneous(value, tuple(int(actual[i] if i in self.sliding else d) for i, d in enumerate(degrees)))
 
+    @cached_property
+    def _circles(self) -> Any:
+        """Variables sᵢ, cᵢ, wᵢ, z: w makes trigonometric polynomials homogeneous."""
+        return fmpq_mpoly_ctx.get([f"{letter}{i}" for letter in "scw" for i in range(self.n)] + ["z"], Ordering.lex)
+
+    @cached_property
+    def _images(self) -> list[Any]:
+        """What these are in t, times 1 + t²."""
+        *t, z = self.context.gens()
+        one, slides = self.context.constant(1), [i in self.sliding for i in range(self.n)]
+        images = [x if slide else 2 * x for x, slide in zip(t, slides)]
+        images += [one if slide else 1 - x * x for x, slide in zip(t, slides)]
+        return [*images, *(one if slide else 1 + x * x for x, slide in zip(t, slides)), z]
+
     # ------------------------------------------------------------------------------------------ to and from forms
     def of(self, value: Any) -> Homogeneous:
         """A trigonometric polynomial in normal form as a form: value · Π (x² + y²)^d."""
         n, terms = self.n, value.to_dict()
         self.effort.spend(2 + len(terms))
         degrees = [max(powers[i] + powers[n + i] for powers in terms) for i in range(n)]
-        names = [f"{letter}{i}" for letter in "scw" for i in range(n)] + ["z"]
-        homogeneous = fmpq_mpoly_ctx.get(names, Ordering.lex)
         spread = {
             (*powers[: 2 * n], *(degrees[i] - powers[i] - powers[n + i] for i in range(n)), powers[-1]): coefficient
             for powers, coefficient in terms.items()
         }
-        *t, z = self.context.gens()
-        one, slides = self.context.constant(1), [i in self.sliding for i in range(n)]
-        images = [x if slide else 2 * x for x, slide in zip(t, slides)]
-        images += [one if slide else 1 - x * x for x, slide in zip(t, slides)]
-        images += [one if slide else 1 + x * x for x, slide in zip(t, slides)]
-        result = homogeneous.from_dict(spread).compose(*images, z, ctx=self.context)
+        result = self._circles.from_dict(spread).compose(*self._images, ctx=self.context)
         return self.homogeneous(self.reduce(result), [2 * degree for degree in degrees])
 
     def form(self, value: Homogeneous) -> Form:

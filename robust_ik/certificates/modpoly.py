@@ -39,7 +39,7 @@ def random_prime(rng: random.Random) -> int:
 def fraction(text: str, prime: int) -> int:
     """A fraction as text modulo a prime."""
     above, _, below = text.partition("/")
-    return int(above) * inverse(int(below or "1"), prime) % prime
+    return (int(above) * inverse(int(below), prime) if below else int(above)) % prime
 
 
 def inverse(number: int, prime: int) -> int:

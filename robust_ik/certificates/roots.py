@@ -1,7 +1,8 @@
-"""Real roots of polynomials in one variable: how many, and where, by Sturm's theorem. Fractions only."""
+"""Real roots of polynomials in one variable: how many, and where, by Sturm's theorem. Fractions and integers only."""
 
 from __future__ import annotations
 
+import math
 from fractions import Fraction
 from itertools import pairwise
 
@@ -25,19 +26,26 @@ def _remainder(f: Poly, g: Poly) -> Poly:
     return f
 
 
-def _chain(f: Poly) -> list[Poly]:
-    """Sturm's sequence f, f′, −rem, ..."""
+def _chain(f: Poly) -> list[list[int]]:
+    """Sturm's sequence f, f′, −rem, ..., each times a positive number that makes it whole."""
     chain = [f, _trimmed([i * a for i, a in enumerate(f)][1:])]
     while chain[-1]:
         chain.append([-a for a in _remainder(chain[-2], chain[-1])])
-    return chain[:-1]
+    return [_whole(each) for each in chain[:-1]]
 
 
-def _value(f: Poly, x: Fraction) -> Fraction:
-    result = Fraction(0)
+def _whole(f: Poly) -> list[int]:
+    scale = math.lcm(*(a.denominator for a in f))
+    return [a.numerator * (scale // a.denominator) for a in f]
+
+
+def _sign(f: list[int], x: Fraction) -> int:
+    """The sign of f(x), of its numerator: nothing is divided on the way."""
+    result, power = 0, 1
     for coefficient in reversed(f):
-        result = result * x + coefficient
-    return result
+        result = result * x.numerator + coefficient * power
+        power *= x.denominator
+    return (result > 0) - (result < 0)
 
 
 def _changes(signs: list[int]) -> int:
@@ -45,9 +53,8 @@ def _changes(signs: list[int]) -> int:
     return sum(a != b for a, b in pairwise(signs))
 
 
-def _changes_at(chain: list[Poly], x: Fraction) -> int:
-    values = [_value(f, x) for f in chain]
-    return _changes([(value > 0) - (value < 0) for value in values])
+def _changes_at(chain: list[list[int]], x: Fraction) -> int:
+    return _changes([_sign(f, x) for f in chain])
 
 
 def _bound(f: Poly) -> Fraction:
@@ -76,13 +83,13 @@ def real_roots(coefficients: tuple[str, ...] | list[Fraction], width: Fraction =
     """
     f = _poly(coefficients)
     chain, bound = _chain(f), _bound(f)
-    waiting, found = [(-bound, bound)], []
+    waiting, found = [(-bound, _changes_at(chain, -bound), bound, _changes_at(chain, bound))], []
     while waiting:
-        low, high = waiting.pop()
-        count = _changes_at(chain, low) - _changes_at(chain, high)  # roots in (low, high]
+        low, before, high, after = waiting.pop()
         middle = (low + high) / 2
-        if count == 1 and high - low <= width:
+        if before - after == 1 and high - low <= width:  # so many roots are in (low, high]
             found.append(middle)
-        elif count:
-            waiting += [(low, middle), (middle, high)]
+        elif before > after:
+            between = _changes_at(chain, middle)
+            waiting += [(low, before, middle, between), (middle, between, high, after)]
     return sorted(found)
