@@ -9,13 +9,14 @@ from functools import cached_property
 from typing import Any
 
 from robust_ik.certificates.cases import Source, State
-from robust_ik.certificates.columns import Columns, Trig
+from robust_ik.certificates.columns import Columns
 from robust_ik.certificates.effort import Effort, TooLargeError, height
 from robust_ik.certificates.exact_model import ExactArm
 from robust_ik.certificates.factoring import Factored, factor
 from robust_ik.certificates.fields import Field
 from robust_ik.certificates.halfangles import HalfAngles, Homogeneous
 from robust_ik.certificates.minors import Minor, reduced
+from robust_ik.certificates.trig import Trig
 from robust_ik.certificates.vanishing import divides, triangular, vanishes
 
 TRIALS = 30

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from robust_ik.certificates.columns import Trig
 from robust_ik.certificates.effort import Effort
 from robust_ik.certificates.fields import Element, coefficients
+from robust_ik.certificates.trig import Trig
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ class Angle:
 
     def of(self, values: Array) -> Array:
         """Its value at joint values (..., n), (...); not wrapped."""
-        return np.asarray(values[..., list(self.joints)] @ np.array(self.signs, dtype=float))
+        return np.asarray(sum(sign * values[..., joint] for joint, sign in zip(self.joints, self.signs)))
 
     def row(self, n: int) -> Array:
         """Its derivative by the n joint values, (n,)."""
@@ -72,9 +72,9 @@ class Angle:
 def wrapped(difference: Array | float, period: Array | float) -> Array:
     """Differences the short way round, in (−period/2, period/2]; as they are where the period is infinite."""
     finite = np.isfinite(period)
-    length = np.where(finite, period, 1.0)
-    turns = np.where(finite, np.ceil(np.asarray(difference) / length - 0.5 - 1e-9), 0.0)
-    return np.asarray(difference - turns * length)
+    if not finite.all():
+        return np.where(finite, wrapped(difference, np.where(finite, period, 1.0)), difference)
+    return np.asarray(difference - np.ceil(np.asarray(difference) / period - 0.5 - 1e-9) * period)
 
 
 def single(chain: ScrewChain, joint: int) -> Angle:

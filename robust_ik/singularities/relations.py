@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
-from itertools import product
+from itertools import chain, product
 
 import numpy as np
 
@@ -102,8 +102,12 @@ class Relation:
 
 def evaluate(terms: Sequence[Term], values: Array) -> Array:
     """Every product at joint values (..., n), (..., t)."""
-    columns = [np.prod([factor.of(values) for factor in term], axis=0) + np.zeros(values.shape[:-1]) for term in terms]
-    return np.stack(columns, axis=-1)
+    known = {factor: factor.of(values) for factor in dict.fromkeys(chain.from_iterable(terms))}
+    result = np.ones((len(terms), *values.shape[:-1]))
+    for product_, term in zip(result, terms):
+        for factor in term:
+            product_ *= known[factor]
+    return np.ascontiguousarray(np.moveaxis(result, 0, -1))
 
 
 def simplest(choices: Sequence[Sequence[Angle]], values: Array, *, odd: bool = False) -> Relation | None:
