@@ -137,7 +137,8 @@ def random_root(f: list[int], prime: int, rng: random.Random) -> int | None:
     f = trimmed(f, prime)
     if len(f) < 2:
         return None
-    f = gcd(minus(_power([0, 1], prime, f, prime), [0, 1], prime), f, prime)
+    if len(f) > 2:
+        f = gcd(minus(_power([0, 1], prime, f, prime), [0, 1], prime), f, prime)
     while len(f) > 2:
         power = _power([rng.randrange(prime), 1], (prime - 1) // 2, f, prime)
         part = gcd(minus(power, [1], prime), f, prime)

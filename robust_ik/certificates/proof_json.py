@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import fields
+from functools import cache
 from typing import Any
 
 from robust_ik.certificates.cases import Branch, Coefficients, Factor, Form, Node, Pin, Source, State
@@ -44,8 +45,13 @@ def _plain(value: Any) -> Any:
         return [_plain(item) for item in value]
     if value is None or isinstance(value, (str, int)):
         return value
-    given = ((each, getattr(value, each.name)) for each in fields(value))
-    return {each.name: _plain(item) for each, item in given if item != each.default}
+    given = ((name, getattr(value, name), default) for name, default in _defaults(value.__class__))
+    return {name: _plain(item) for name, item, default in given if item != default}
+
+
+@cache
+def _defaults(kind: Any) -> list[tuple[str, Any]]:
+    return [(each.name, each.default) for each in fields(kind)]
 
 
 def from_json(text: str) -> Proof:

@@ -54,12 +54,12 @@ class Replay:
         origin, turned = ([0, 0, 0], [[1, 0, 0], [0, 1, 0], [0, 0, 1]]) if not self.link else frames[self.link - 1]
         whole = len(self.arm.rows) == len(ROW_NAMES)
         reference = origin if whole else frames[-1][0]
-        columns = []
+        columns, directions = [], list(zip(*turned))
         for joint, (place, axes) in enumerate(frames[:-1]):
             axis = [row[2] for row in axes]
             lever = [(a - b) % p for a, b in zip(reference, place)]
             twist = (axis, [0, 0, 0]) if joint in self.arm.sliding else (_cross(axis, lever), axis)
-            both = [sum(turned[k][i] * v[k] for k in range(3)) % p for v in twist for i in range(3)]
+            both = [(a * x + b * y + c * z) % p for x, y, z in twist for a, b, c in directions]
             columns.append([both[ROW_NAMES.index(name)] for name in self.arm.rows])
         return [list(row) for row in zip(*columns)]
 
@@ -75,8 +75,9 @@ class Replay:
         axes: list[list[Any]] = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
         result = []
         for i, numbers in enumerate(self._links):
-            place = [(a + sum(x * y for x, y in zip(row, numbers[3]))) % p for a, row in zip(place, axes)]
-            axes = [[sum(row[k] * numbers[k][j] for k in range(3)) % p for j in range(3)] for row in axes]
+            *rotation, (x, y, z) = numbers
+            place = [(at + (a * x + b * y + c * z)) % p for at, (a, b, c) in zip(place, axes)]
+            axes = [[(a * x + b * y + c * z) % p for x, y, z in zip(*rotation)] for a, b, c in axes]
             if i in self.arm.sliding:
                 place = [(a + row[2] * self._length(*point[i])) % p for a, row in zip(place, axes)]
             elif i < len(self.arm.joints):
