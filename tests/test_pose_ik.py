@@ -200,6 +200,7 @@ def test_inputs_of_other_types_and_layouts_are_taken_and_not_written_to(rng):
     assert_array_equal(
         robot.solve_pose(np.eye(4, dtype=int), np.zeros(6, dtype=int)).q, robot.solve_pose(np.eye(4), np.zeros(6)).q
     )
+    assert_array_equal(robot.solve_pose(T, position_tolerance=np.array(1e-8)).q, expected)
     assert_array_equal(T, kept)
 
 
@@ -482,6 +483,7 @@ def test_options_that_cannot_be_meant_are_refused():
     robot, T = arm("ur5"), np.eye(4)
     for options, words in (
         ({"prefer": "best"}, "nearest, any, limits, singularity, got 'best'"),
+        ({"prefer": ["any"]}, "nearest, any"),
         ({"effort": "some"}, "normal, thorough, got 'some'"),
         ({"solutions": 0}, "1 to 64, got 0"),
         ({"solutions": 2.0}, "1 to 64, got 2.0"),

@@ -19,8 +19,8 @@ ENOUGH = 1e-10
 """Relative fall of E that is worth no further step."""
 NEARLY, DESCENT = 1e-6, 200
 """E from which on damped least squares go on, and for how many steps."""
-PATIENCE = 10
-"""Steps in which these must halve E."""
+PATIENCE, ALMOST = 20, 1e-14
+"""Steps in which these must halve E while it is above ALMOST."""
 LEAST, MOST = 1e-12, 1e8
 """Of the damping."""
 SHIFT = 1e-2
@@ -131,7 +131,7 @@ def descend(
             for j in range(k):
                 values[j] = trial[j]
         if steps % PATIENCE == 0:
-            if 0.5 * before < E:
+            if max(0.5 * before, ALMOST) < E:
                 break
             before = E
     look(problem, values, target, axes, end, error)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import Executor
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -77,10 +78,9 @@ class PoseSolver:
         rng: np.random.Generator | None = None,
     ) -> PoseResult:
         """A configuration at a target; see `Robot.solve_pose`."""
-        options = self._prepared(
+        packed, wanted = self._prepared(
             prefer, solutions, effort, position_tolerance, rotation_tolerance, length_scale, apart, rng
         )
-        packed, wanted = options
         T, start = as_pose(target), self.rest if q0 is None else as_start(q0, self.rest)
         q, numbers = np.empty((wanted, self.chain.nq)), np.empty(lay.NUMBERS)
         try:
@@ -91,7 +91,7 @@ class PoseSolver:
         if numbers.item(lay.STATUS) == lay.REFUSED:
             refuse(T, start, self.rest)
         if wanted > 1:
-            q = q[: min(max(int(numbers.item(lay.FOUND)), 1), solutions)]
+            q = q[: min(max(int(numbers.item(lay.FOUND)), 1), int(solutions))]
         return PoseResult(q, self, numbers)
 
     def solve_many(
@@ -112,7 +112,7 @@ class PoseSolver:
         progress: Callable[[int, int], None] | None = None,
     ) -> PoseResults:
         """Configurations at many targets; see `Robot.solve_poses`."""
-        options = self._prepared(
+        packed, _ = self._prepared(
             prefer, solutions, effort, position_tolerance, rotation_tolerance, length_scale, apart, rng
         )
         T, start = as_poses(targets), as_starts(self.rest if q0 is None else q0, self.rest)
@@ -121,9 +121,9 @@ class PoseSolver:
         if start.ndim > 1:
             shape = np.broadcast_shapes(shape, start.shape[:-1])
             T, start = np.broadcast_to(T, (*shape, 4, 4)), np.broadcast_to(start, (*shape, len(self.rest)))
-        pieces = cut(T.reshape(-1, 4, 4), start.reshape(-1, len(self.rest)), options[0], solutions)
+        pieces = cut(T.reshape(-1, 4, 4), start.reshape(-1, len(self.rest)), packed, int(solutions))
         done = run(self, pieces, threads, executor, progress)
-        q = np.concatenate([each for each, _ in done]) if done else np.empty((0, solutions, len(self.rest)))
+        q = np.concatenate([each for each, _ in done]) if done else np.empty((0, int(solutions), len(self.rest)))
         numbers = np.concatenate([each for _, each in done]) if done else np.empty((0, lay.NUMBERS))
         return PoseResults(q.reshape(*shape, *q.shape[1:]), self, numbers.reshape(*shape, lay.NUMBERS))
 
@@ -134,15 +134,19 @@ class PoseSolver:
 
     def _prepared(self, *given: Any) -> tuple[Array, int]:
         """Options as kernels read them and how many solutions are compared; kept where there is no generator."""
-        *options, rng = given
+        rng = given[-1]
+        if rng is not None:
+            return prepared(given[:-1], int(rng.integers(2**53)))
         try:
-            return self._options[given] if rng is None else prepared(options, int(rng.integers(2**53)))
+            return self._options[given]
         except (KeyError, TypeError):
-            made = self._options[given] = prepared(options, 0)
+            made = prepared(given[:-1], 0)
+        with suppress(TypeError):  # arrays of one number cannot be kept by
+            self._options[given] = made
         return made
 
 
-def prepared(options: list[Any], seed: int) -> tuple[Array, int]:
+def prepared(options: tuple[Any, ...], seed: int) -> tuple[Array, int]:
     """Options as kernels read them, and how many solutions are compared."""
     packed = pack_options(*options, seed=seed)
     return packed, int(packed[lay.WANTED])
