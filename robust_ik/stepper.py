@@ -134,7 +134,8 @@ class Stepper:
             raise InputError(f"q (N, {size.nq}) and twists (N, {size.m}) are needed, got {q.shape} and {twists.shape}")
         if isinstance(threads, bool) or not isinstance(threads, (int, np.integer)) or threads < 1:
             raise InputError(f"threads must be a whole number of at least 1, got {threads!r}")
-        self.robot.joint_values(q)  # refuses what is no configuration
+        if not size.careful:
+            self.robot.joint_values(q)  # refuses what is no configuration; compiled code sees it by itself
         beside = np.empty((0, size.n)) if secondary is None else as_array(secondary, "secondary", (size.n,))
         if secondary is not None and beside.shape != (len(q), size.n):
             raise InputError(f"secondary must have shape ({len(q)}, {size.n}), got {beside.shape}")
@@ -152,6 +153,7 @@ class Stepper:
         else:
             found = [some(part) for part in parts]
         if any(found):
+            self.robot.joint_values(q)
             raise InputError(TOO_LARGE)
         return out
 

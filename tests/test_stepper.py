@@ -303,3 +303,12 @@ def test_steppers_survive_pickling(rng):
     again = pickle.loads(pickle.dumps(stepper))
     q, twist = stepper.robot.random(rng), rng.normal(size=6)
     assert (again.step(q, twist) == stepper.step(q, twist)).all()
+
+
+def test_one_configuration_off_the_circle_among_many_is_refused(rng):
+    robot = rik.load("kinova")
+    q = robot.random(rng, 50)
+    q[33, 0] = 1.5
+    for inverse in (rik.DampedLeastSquares(), Halving(), rik.SDLS()):
+        with pytest.raises(rik.InputError, match="must have length 1"):
+            rik.Stepper(robot, inverse).steps(q, np.ones((50, 6)), threads=2)
