@@ -134,7 +134,7 @@ class Stepper:
             raise InputError(f"q (N, {size.nq}) and twists (N, {size.m}) are needed, got {q.shape} and {twists.shape}")
         if isinstance(threads, bool) or not isinstance(threads, (int, np.integer)) or threads < 1:
             raise InputError(f"threads must be a whole number of at least 1, got {threads!r}")
-        if not size.careful:
+        if not size.compiled:
             self.robot.joint_values(q)  # refuses what is no configuration; compiled code sees it by itself
         beside = np.empty((0, size.n)) if secondary is None else as_array(secondary, "secondary", (size.n,))
         if secondary is not None and beside.shape != (len(q), size.n):
@@ -147,11 +147,9 @@ class Stepper:
         def some(part: slice) -> int:
             return size.steps(self._address, q[part], twists[part], beside[part], out[part])
 
-        if len(parts) > 1:
-            with ThreadPoolExecutor(len(parts)) as pool:
-                found = list(pool.map(some, parts))
-        else:
-            found = [some(part) for part in parts]
+        with ThreadPoolExecutor(max(len(parts) - 1, 1)) as pool:  # which starts no thread that it does not need
+            others = pool.map(some, parts[1:])
+            found = [some(part) for part in parts[:1]] + list(others)
         if any(found):
             self.robot.joint_values(q)
             raise InputError(TOO_LARGE)
