@@ -10,32 +10,30 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, Self, Unpack
+from typing import TYPE_CHECKING, Any, Self, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.chain import Chain
-from robust_ik.checks import Array, as_array, check_leading_axes, readonly
+from robust_ik.checks import Array, readonly
 from robust_ik.description import Description
 from robust_ik.dh import DHTable
-from robust_ik.errors import FrameNotFoundError, InputError, TipError, listed, suggest
+from robust_ik.frame_kinematics import FrameKinematics
 from robust_ik.joints import JointMap
-from robust_ik.linalg import svd
 from robust_ik.model import Kinematics, build_model, joints_to_keep
 from robust_ik.pose_ik import PoseOptions, PoseResult, PoseResults, PoseSolver, wanted_rows
 from robust_ik.rows import ROWS, checked_rows
 from robust_ik.urdf import parse_urdf, read_urdf
 
 if TYPE_CHECKING:
-    import pinocchio as pin
-
-Reference = Literal["local", "world", "local_world_aligned"]
+    pass
 
 
 @dataclass(frozen=True, eq=False)
-class Robot:
+class Robot(FrameKinematics):
     """A fixed-base arm or tree whose kinematics are functions of q.
+
+    Configurations are in `configurations`, the kinematics of frames in `frame_kinematics`.
 
     Attributes:
         name: What it is called.
@@ -146,173 +144,6 @@ class Robot:
         """The same robot with other task rows."""
         return replace(self, rows=checked_rows(rows))
 
-    # ------------------------------------------------------------------------------------------ what it is
-    @property
-    def model(self) -> pin.Model:
-        """The Pinocchio model; a mimic joint is a joint of its own there. Not to be changed."""
-        return self._kinematics.model
-
-    @property
-    def n(self) -> int:
-        """Number of independent joints, the length of q̇."""
-        return len(self._joints.names)
-
-    @property
-    def nq(self) -> int:
-        """Length of q: n, and one more for every continuous joint, which is stored as (cos, sin)."""
-        return self._joints.nq
-
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """The independent joints, in the order of q̇."""
-        return self._joints.names
-
-    @property
-    def neutral(self) -> Array:
-        """The configuration of all joints at zero, (nq,); it may lie outside the limits."""
-        return self._joints.configuration(np.zeros(self.n))
-
-    @property
-    def frames(self) -> tuple[str, ...]:
-        """Every frame name: links and joints."""
-        return tuple(self._kinematics.frames)
-
-    # ------------------------------------------------------------------------------------------ configurations
-    def configuration(self, values: ArrayLike) -> Array:
-        """Joint values (..., n) in rad or m → q (..., nq)."""
-        return self._joints.configuration(as_array(values, "values", (self.n,)))
-
-    def joint_values(self, q: ArrayLike) -> Array:
-        """Configurations q (..., nq) → joint values (..., n) in rad or m; continuous joints in (−π, π]."""
-        return self._joints.values(self._checked(q))
-
-    def random(self, rng: np.random.Generator, size: int | tuple[int, ...] = ()) -> Array:
-        """Uniform random configurations inside the limits, (*size, nq).
-
-        Where limits are not stated: a full turn for a revolute joint, 2 m for a prismatic one.
-        """
-        shape = size if isinstance(size, tuple) else (size,)
-        if not all(isinstance(length, (int, np.integer)) and length >= 0 for length in shape):
-            raise InputError(f"size must be a count or a tuple of counts, got {size!r}")
-        lower, upper = self._span()
-        return self._joints.configuration(rng.uniform(lower, upper, (*shape, self.n)))
-
-    def _span(self) -> tuple[Array, Array]:
-        """Finite limits: where one end is not stated, a full turn or 2 m from the other; ±π or ±1 m where none is."""
-        half = np.where(self._joints.prismatic, 1.0, np.pi)
-        low, high = np.isfinite(self.lower), np.isfinite(self.upper)
-        lower = np.where(low, self.lower, np.where(high, self.upper - 2 * half, -half))
-        upper = np.where(high, self.upper, np.where(low, self.lower + 2 * half, half))
-        return lower, upper
-
-    def integrate(self, q: ArrayLike, dq: ArrayLike) -> Array:
-        """Q ⊕ dq on the manifold: (..., nq) and (..., n) → (..., nq), leading axes broadcast."""
-        q, dq = self._checked(q), as_array(dq, "dq", (self.n,))
-        check_leading_axes("q", q.shape[:-1], "dq", dq.shape[:-1])
-        return self._joints.integrate(q, dq)
-
-    def difference(self, q_from: ArrayLike, q_to: ArrayLike) -> Array:
-        """The dq with q_from ⊕ dq = q_to, (..., n); the short way round for continuous joints."""
-        q_from, q_to = self._checked(q_from), self._checked(q_to)
-        check_leading_axes("q_from", q_from.shape[:-1], "q_to", q_to.shape[:-1])
-        return self._joints.difference(q_from, q_to)
-
-    def _checked(self, q: ArrayLike) -> Array:
-        try:
-            q = as_array(q, "q", (self.nq,))
-        except InputError as error:
-            hint = " (continuous joints take cos and sin; see Robot.configuration)" if self.nq != self.n else ""
-            raise InputError(f"{error}; {self.name} has joints {', '.join(self.joint_names)}{hint}") from None
-        self._joints.check(q)
-        return q
-
-    # ------------------------------------------------------------------------------------------ kinematics
-    def chain(self, frame: str | None = None) -> Chain:
-        """The joints that move a frame, as constants: what compiled code reads.
-
-        Args:
-            frame: Link or joint; default the tip.
-        """
-        return self._kinematics.chain(self._frame_index(frame), self._joints)
-
-    def pose(self, q: ArrayLike, frame: str | None = None) -> Array:
-        """The pose of a frame in the world.
-
-        Args:
-            q: Configurations, (..., nq).
-            frame: Link or joint; default the tip.
-
-        Returns:
-            Homogeneous transforms, (..., 4, 4).
-        """
-        return self.chain(frame).poses(self._checked(q))
-
-    def jacobian(
-        self,
-        q: ArrayLike,
-        frame: str | None = None,
-        reference: Reference = "local_world_aligned",
-        *,
-        rows: Sequence[str] | None = None,
-    ) -> Array:
-        """The geometric Jacobian of a frame: twist = J q̇.
-
-        Args:
-            q: Configurations, (..., nq).
-            frame: Link or joint; default the tip.
-            reference: "local_world_aligned" (the frame's point, world axes), "local" (the frame's point and
-                axes) or "world" (the world's origin and axes).
-            rows: Task rows, of x y z wx wy wz; default `self.rows`.
-
-        Returns:
-            (..., len(rows), n), rows linear then angular, in m and rad per rad or m.
-        """
-        return self._select(self.chain(frame).jacobians(self._checked(q), reference), rows, axis=-2)
-
-    def hessian(
-        self,
-        q: ArrayLike,
-        frame: str | None = None,
-        reference: Reference = "local_world_aligned",
-        *,
-        rows: Sequence[str] | None = None,
-    ) -> Array:
-        """The derivative of the Jacobian: [i, j, k] = ∂J_ij/∂q_k.
-
-        Args:
-            q: Configurations, (..., nq).
-            frame: As for `jacobian`.
-            reference: As for `jacobian`.
-            rows: As for `jacobian`.
-
-        Returns:
-            (..., len(rows), n, n).
-        """
-        return self._select(self.chain(frame).hessians(self._checked(q), reference), rows, axis=-3)
-
-    def singular_value_gradients(
-        self, q: ArrayLike, frame: str | None = None, *, rows: Sequence[str] | None = None
-    ) -> Array:
-        """∂σᵢ/∂q_k of the Jacobian, world axes at the frame's point, without its Hessian.
-
-        The same as `robust_ik.singular_value_gradients` of `jacobian` and `hessian`, whose words on σ = 0 and equal
-        singular values hold here too.
-
-        Args:
-            q: Configurations, (..., nq).
-            frame: As for `jacobian`.
-            rows: As for `jacobian`.
-
-        Returns:
-            (..., k, n) with k = min(len(rows), n); row i belongs to σᵢ.
-        """
-        q, names = self._checked(q), self.rows if rows is None else checked_rows(rows)
-        found = svd(self.jacobian(q, frame, rows=names).reshape(-1, len(names), self.n))
-        wrenches = np.zeros((len(found.s), found.s.shape[1], len(ROWS)))
-        wrenches[..., [ROWS.index(name) for name in names]] = np.swapaxes(found.U, 1, 2)
-        gradients = self.chain(frame).contractions(q.reshape(-1, self.nq), wrenches, found.Vt, paired=True)
-        return gradients.reshape(*q.shape[:-1], *gradients.shape[1:])
-
     # ------------------------------------------------------------------------------------------ inverse kinematics
     @cached_property
     def _pose_solvers(self) -> dict[tuple[str | None, tuple[str, ...] | None], PoseSolver]:
@@ -392,20 +223,3 @@ class Robot:
         """
         solver = self.pose_solver(frame, wanted_rows(targets, rows, self.rows, many=True))
         return solver.solve_many(targets, q0, threads=threads, executor=executor, progress=progress, **options)
-
-    def _select(self, array: Array, rows: Sequence[str] | None, axis: int) -> Array:
-        names = self.rows if rows is None else checked_rows(rows)
-        if names == ROWS:
-            return array
-        return np.take(array, [ROWS.index(name) for name in names], axis=axis)
-
-    def _frame_index(self, name: str | None) -> int:
-        name = self.tip if name is None else name
-        if name is None:
-            raise TipError(
-                f"{self.name} was loaded whole, without a tip: name a frame; its leaves are "
-                + listed(self.description.leaves)
-            )
-        if name in self._kinematics.frames:
-            return self._kinematics.frames[name]
-        raise FrameNotFoundError(f"{self.name} has no frame {name!r}; {suggest(str(name), self.frames)}")

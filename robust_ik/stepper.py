@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, as_array
 from robust_ik.errors import InputError
+from robust_ik.frame_kinematics import Reference
 from robust_ik.inverses import DampedLeastSquares, RobustInverse
-from robust_ik.robot import Reference, Robot
+from robust_ik.robot import Robot
 from robust_ik.rows import checked_rows
 from robust_ik.step_program import Program
 
