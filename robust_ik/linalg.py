@@ -5,7 +5,9 @@ This is the only place that calls an SVD. Everything is batched over leading axe
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -65,7 +67,8 @@ def svd(J: ArrayLike) -> ThinSVD:
     Raises:
         InputError: J is no matrix, is empty, or holds NaN or infinity.
     """
-    J = as_array(J, "J", (None, None))
+    if not (type(J) is np.ndarray and J.dtype == float and J.ndim > 1):
+        J = as_array(J, "J", (None, None))
     if 0 in J.shape[-2:]:
         raise InputError(f"J must have at least one row and one column, got shape {J.shape}")
     return _decomposed(J, full=False)
@@ -87,36 +90,59 @@ def full_svd(J: Array) -> ThinSVD:
 def singular_values(J: Array) -> Array:
     """The singular values alone, (..., k), descending, of finite matrices (..., m, n) from our own hands."""
     m, n = J.shape[-2:]
-    if not 0 < max(m, n) <= LARGEST_COMPILED or min(m, n) == 0:
+    if not 0 < min(m, n) <= max(m, n) <= LARGEST_COMPILED:
         return np.asarray(np.linalg.svd(J, compute_uv=False))
-    from robust_ik.kernels.decompose import values_8, values_16  # imports Numba, half a second: only where it is needed
-
     s = np.empty((*J.shape[:-2], min(m, n)))
-    kernel = values_8 if max(m, n) <= 8 else values_16
-    kernel(np.ascontiguousarray(J, dtype=float).reshape(-1, m, n), s.reshape(-1, min(m, n)))
+    J = np.ascontiguousarray(J, dtype=float)
+    if not _compiled("values", max(m, n) <= 8)(J.reshape(-1, m, n), s.reshape(-1, min(m, n))):
+        raise _unfit(J)
     return s
 
 
 def _decomposed(J: Array, *, full: bool) -> ThinSVD:
     m, n = J.shape[-2:]
-    if not 0 < max(m, n) <= LARGEST_COMPILED or min(m, n) == 0:
-        return _checked(J, ThinSVD(*np.linalg.svd(J, full_matrices=full)))
-    from robust_ik.kernels.decompose import vectors_8, vectors_16  # imports Numba, as above
+    if not 0 < min(m, n) <= max(m, n) <= LARGEST_COMPILED:
+        return _of_lapack(J, full=full)
+    k, batch, right = min(m, n), J.shape[:-2], n if full else min(m, n)
+    U, s, Vt = np.empty((*batch, m, k)), np.empty((*batch, k)), np.empty((*batch, right, n))
+    if not (J.flags.c_contiguous and J.dtype == float):
+        J = np.ascontiguousarray(J, dtype=float)
+    decompose = _compiled("vectors", max(m, n) <= 8)
+    if batch:
+        good = decompose(J.reshape(-1, m, n), U.reshape(-1, m, k), s.reshape(-1, k), Vt.reshape(-1, right, n))
+    else:
+        good = decompose(J[None], U[None], s[None], Vt[None])
+    if not good:
+        raise _unfit(J)
+    return ThinSVD(U, s, Vt)
 
-    k, batch = min(m, n), J.shape[:-2]
-    U, s, Vt = np.empty((*batch, m, k)), np.empty((*batch, k)), np.empty((*batch, n if full else k, n))
-    kernel = vectors_8 if max(m, n) <= 8 else vectors_16
-    J = np.ascontiguousarray(J, dtype=float)
-    kernel(J.reshape(-1, m, n), U.reshape(-1, m, k), s.reshape(-1, k), Vt.reshape(-1, *Vt.shape[-2:]))
-    return _checked(J, ThinSVD(U, s, Vt))
+
+@cache
+def _compiled(what: str, small: bool) -> Callable[..., bool]:
+    """The kernel for "vectors" or "values", of at most 8 or at most LARGEST_COMPILED rows and columns."""
+    from robust_ik.kernels import decompose  # imports Numba, half a second: only where it is needed
+
+    kernel = getattr(decompose, f"{what}_{8 if small else LARGEST_COMPILED}")
+    compiled: Callable[..., bool] = kernel.compiled
+    return compiled
 
 
-def _checked(J: Array, found: ThinSVD) -> ThinSVD:
+def _of_lapack(J: Array, *, full: bool) -> ThinSVD:
+    if not np.isfinite(J).all():
+        raise _unfit(J)
+    found = ThinSVD(*np.linalg.svd(J, full_matrices=full))
     if not np.isfinite(found.s).all():
-        raise InputError(f"J is too large to decompose: its largest entry is {np.abs(J).max():.3g}")
-    if found.s.size and found.s.min() >= SMALLEST_SIGMA:
-        return found
+        raise _unfit(J)
     return ThinSVD(found.U, np.where(found.s < SMALLEST_SIGMA, 0.0, found.s), found.Vt)
+
+
+def _unfit(J: Array) -> InputError:
+    """What is wrong with matrices that have no finite decomposition."""
+    try:
+        as_array(J, "J", (None, None))
+    except InputError as error:
+        return error
+    return InputError(f"J is too large to decompose: its largest entry is {np.abs(J).max():.3g}")
 
 
 def manipulability(J: ArrayLike) -> Array:

@@ -17,6 +17,8 @@ TINY = 1e-280
 """Squared length of a row that is computed anew from a row of length about 1: its squares may have underflowed."""
 SKEW = 1e-12
 """Cosine from which on two unit rows are not orthogonal."""
+SMALLEST = 1e-290
+"""Singular values below this are zero, so that 1/σ cannot overflow."""
 TOGETHER = 3
 """From so many matrices on they are decomposed side by side."""
 
@@ -100,8 +102,8 @@ def scale(J: Array, e: int) -> float:
 @called
 def decompose_some(
     J: Array, U: Array, s: Array, Vt: Array, begin: int, count: int, width: Sizes, carried: Sizes, zero: Number
-) -> None:
-    """Decomposes J[begin : begin + count], as many as a number has lanes at the most."""
+) -> bool:
+    """Decomposes J[begin : begin + count], as many as a number has lanes at the most; whether all is finite."""
     L, P, Q = lanes_of(zero), len(width), len(carried)
     m, n = J.shape[1], J.shape[2]
     wide = m <= n
@@ -109,7 +111,7 @@ def decompose_some(
     rows, along, norms = stack(zero, width, width), stack(zero, width, carried), stack(zero, ONE, width)
     A, C, squares = each_lane(rows), each_lane(along), each_lane(norms)
     order, sigma, factors = stack(0.0, ONE, width), stack(0.0, ONE, width), stack(0.0, ONE, W8)
-    vectors = stack(0.0, width, width)
+    vectors, spoilt = stack(0.0, width, width), 0.0
     for x in range(k * P):
         rows[x] = zero
     for x in range(k * Q):
@@ -120,6 +122,7 @@ def decompose_some(
         for i in range(m):
             for c in range(n):
                 A[(i * P + c if wide else c * P + i) * L + lane] = J[begin + lane, i, c] * divisor
+                spoilt += J[begin + lane, i, c] * 0.0
     if Q > 0:
         for i in range(k):
             along[i * Q + i] = zero + 1.0
@@ -132,7 +135,9 @@ def decompose_some(
             sigma[i] = length(A, i, lane, squares[i * L + lane], width, L)
         known = sort(sigma, order, k)
         for place in range(k):
-            s[e, place] = sigma[int(order[place])] * factors[lane]
+            value = sigma[int(order[place])] * factors[lane]
+            spoilt += value * 0.0
+            s[e, place] = value if value >= SMALLEST else 0.0
         if Q > 0:
             for place in range(known):
                 i = int(order[place])
@@ -145,6 +150,7 @@ def decompose_some(
                 for c in range(k):
                     vectors[place * P + c] = C[(i * Q + c) * L + lane]
             write(U[e] if wide else Vt[e], vectors, wide, width)
+    return not math.isnan(spoilt)
 
 
 @inlined
@@ -162,18 +168,19 @@ def sort(sigma: Pointer, order: Pointer, k: int) -> int:
 
 
 @inlined
-def decompose(J: Array, U: Array, s: Array, Vt: Array, width: Sizes, carried: Sizes) -> None:
-    """Decomposes every J: side by side where there are several."""
-    begin, count = 0, len(J)
+def decompose(J: Array, U: Array, s: Array, Vt: Array, width: Sizes, carried: Sizes) -> bool:
+    """Decomposes every J: side by side where there are several; whether all is finite."""
+    begin, count, good = 0, len(J), True
     while count - begin >= TOGETHER:
         some = min(COUNT, count - begin)
-        decompose_some(J, U, s, Vt, begin, some, width, carried, spread(0.0))
+        good &= decompose_some(J, U, s, Vt, begin, some, width, carried, spread(0.0))
         for e in range(begin, begin + some):
             if uneven(J, e, J.shape[1] <= J.shape[2]):
                 decompose_some(J, U, s, Vt, e, 1, width, carried, 0.0)
         begin += some
     for e in range(begin, count):
-        decompose_some(J, U, s, Vt, e, 1, width, carried, 0.0)
+        good &= decompose_some(J, U, s, Vt, e, 1, width, carried, 0.0)
+    return good
 
 
 VECTORS = given(3), filled(3), filled(2), filled(3)
@@ -181,24 +188,24 @@ VALUES = given(3), filled(2)
 
 
 @kernel(*VECTORS)
-def vectors_8(J: Array, U: Array, s: Array, Vt: Array) -> None:
-    """Singular values and vectors of matrices with at most 8 rows and columns."""
-    decompose(J, U, s, Vt, W8, W8)
+def vectors_8(J: Array, U: Array, s: Array, Vt: Array) -> bool:
+    """Singular values and vectors of matrices with at most 8 rows and columns; whether all is finite."""
+    return decompose(J, U, s, Vt, W8, W8)
 
 
 @kernel(*VECTORS)
-def vectors_16(J: Array, U: Array, s: Array, Vt: Array) -> None:
+def vectors_16(J: Array, U: Array, s: Array, Vt: Array) -> bool:
     """Of at most 16 rows and columns."""
-    decompose(J, U, s, Vt, W16, W16)
+    return decompose(J, U, s, Vt, W16, W16)
 
 
 @kernel(*VALUES)
-def values_8(J: Array, s: Array) -> None:
-    """Singular values alone, of at most 8 rows and columns."""
-    decompose(J, J, s, J, W8, NONE)
+def values_8(J: Array, s: Array) -> bool:
+    """Singular values alone, of at most 8 rows and columns; whether all is finite."""
+    return decompose(J, J, s, J, W8, NONE)
 
 
 @kernel(*VALUES)
-def values_16(J: Array, s: Array) -> None:
+def values_16(J: Array, s: Array) -> bool:
     """Of at most 16 rows and columns."""
-    decompose(J, J, s, J, W16, NONE)
+    return decompose(J, J, s, J, W16, NONE)
