@@ -7,7 +7,7 @@ import math
 from robust_ik.checks import Array
 from robust_ik.kernels.compiling import called, filled, given, inlined, kernel
 from robust_ik.kernels.lanes import COUNT, Number, spread
-from robust_ik.kernels.orthogonal import MOST_ROWS, dot, orthogonalise
+from robust_ik.kernels.orthogonal import ALL, MOST_ROWS, dot, orthogonalise
 from robust_ik.kernels.stack import NONE, ONE, W8, W16, Pointer, Sizes, by_eights, each_lane, lanes_of, stack
 from robust_ik.kernels.triangular import triangulate, uneven
 
@@ -128,7 +128,7 @@ def decompose_some(
             along[i * Q + i] = zero + 1.0
     if L == 1 and uneven(J, begin, wide):
         triangulate(A, C, k, long, width, carried)
-    orthogonalise(rows, along, k, width, carried, norms, zero)
+    orthogonalise(rows, along, k, width, carried, norms, ALL, zero)
     for lane in range(count):
         e = begin + lane
         for i in range(k):

@@ -25,6 +25,8 @@ ORTHOGONAL = (3e-16) ** 2
 """cos² of two rows that need no rotation."""
 LAST = 1e-17
 """The squares of the largest cosine and tangent in a sweep after which no other is needed: convergence is quadratic."""
+ALL = -1.0
+"""A floor that no row lies below, though rounding may make a squared length negative."""
 SMALL = 1e-120
 """Squared lengths below which a product of two may underflow."""
 
@@ -110,7 +112,9 @@ def _turn(A: Any, i: Any, j: Any, c: Any, s: Any, width: Any) -> Any:
 
 
 @called
-def orthogonalise(A: Pointer, C: Pointer, m: int, width: Sizes, carried: Sizes, norms: Pointer, zero: Number) -> None:
+def orthogonalise(
+    A: Pointer, C: Pointer, m: int, width: Sizes, carried: Sizes, norms: Pointer, floor: float, zero: Number
+) -> None:
     """Rotates the m rows of A until they are orthogonal, and those of C with them.
 
     A lane that is done stays as it is, whatever the others need.
@@ -122,14 +126,19 @@ def orthogonalise(A: Pointer, C: Pointer, m: int, width: Sizes, carried: Sizes, 
         width: Of the rows of A: a multiple of 4.
         carried: Of the rows of C.
         norms: Room for m numbers; the squared lengths of the rows afterwards.
+        floor: Rows whose squared length is less than this part of the largest one's are rounding, and stay as they are;
+            ALL where none are.
         zero: 0 of the kind of number that A holds.
     """
     first = m * PAIRS
     pairs = m * (m - 1) // 2
     going = zero + 1.0
     for _ in range(SWEEPS):
+        limit = zero
         for i in range(m):
             norms[i] = dot(A, i, i, width)
+            limit = where(norms[i] > limit, norms[i], limit)
+        limit = floor * limit
         worst = zero
         for pair in range(first, first + pairs):
             i, j = FIRST[pair], SECOND[pair]
@@ -138,7 +147,7 @@ def orthogonalise(A: Pointer, C: Pointer, m: int, width: Sizes, carried: Sizes, 
             grown = where((a < SMALL) & (b < SMALL), zero + 1e150, zero + 1.0)
             x, d, both = g * grown, (b - a) * grown, (a * grown) * (b * grown)
             square = x * x
-            moves = (square > ORTHOGONAL * both) & (going > 0.0)
+            moves = (square > ORTHOGONAL * both) & (going > 0.0) & (where(a < b, a, b) >= limit)
             long = size(d)
             h = where(moves, root(d * d + 4.0 * square), zero + 1.0)
             tangent = where(moves, 2.0 * x / (long + h), zero)

@@ -6,7 +6,7 @@ import math
 
 from robust_ik.kernels import pose_layout as lay
 from robust_ik.kernels.compiling import called, inlined
-from robust_ik.kernels.orthogonal import orthogonalise
+from robust_ik.kernels.orthogonal import ALL, orthogonalise
 from robust_ik.kernels.pose_polish import ROOM, SIX, TWELVE, look
 from robust_ik.kernels.pose_seeds import within
 from robust_ik.kernels.pose_step import columns
@@ -96,7 +96,7 @@ def least_singular_value(problem: Pointer, options: Pointer, values: Pointer, ta
             for j in range(i):
                 A[16 * i + j], A[16 * j + i] = A[16 * j + i], A[16 * i + j]
     count = min(m, k)
-    orthogonalise(A, A, count, W16, NONE, norms, 0.0)
+    orthogonalise(A, A, count, W16, NONE, norms, ALL, 0.0)
     least = math.inf
     for i in range(count):
         least = min(least, norms[i])
