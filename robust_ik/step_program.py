@@ -20,6 +20,9 @@ from robust_ik.rows import ROWS
 MOST_JOINTS = 16
 """Robots with more are stepped in Python."""
 
+EXTREME = 1e30
+"""Weights beyond it, or below its inverse, are left to Python, which takes care of overflow."""
+
 Step = Callable[..., int]
 """(address, q, twist, out) or (address, q, twist, secondary, out) → status."""
 
@@ -78,6 +81,9 @@ def _unwrapped(inverse: RobustInverse, m: int, n: int) -> tuple[RobustInverse, A
     if not isinstance(inverse, Weighted):
         return inverse, None, None
     task, joints = inverse.factors(m, n)
+    sizes = np.abs(np.concatenate([np.linalg.eigvalsh(task), np.linalg.eigvalsh(joints)]))
+    if sizes.max() > EXTREME or sizes.min() < 1 / EXTREME:
+        return inverse, None, None
     scaled = inverse.task_weights is not None or inverse.length_scale is not None
     return inverse.inverse, task if scaled else None, joints if inverse.joint_weights is not None else None
 

@@ -141,7 +141,8 @@ class Stepper:
         if secondary is not None and beside.shape != (len(q), size.n):
             raise InputError(f"secondary must have shape ({len(q)}, {size.n}), got {beside.shape}")
         out = np.empty((len(q), size.n)) if out is None else _checked_out(out, (len(q), size.n))
-        q, twists, beside = (np.ascontiguousarray(each) for each in (q, twists, beside))
+        overlaps = any(np.may_share_memory(out, each) for each in (q, twists, beside))
+        q, twists, beside = ((np.array if overlaps else np.ascontiguousarray)(each) for each in (q, twists, beside))
         share = -(-len(q) // (int(threads) * SIDE_BY_SIDE)) * SIDE_BY_SIDE
         parts = [slice(begin, begin + share) for begin in range(0, len(q), max(share, 1))]
 

@@ -131,7 +131,7 @@ def test_the_functions_and_numbers_that_a_function_names_are_part_of_it(monkeypa
     names = {store.Store(scaled)._source}
     monkeypatch.setitem(globals(), "FACTOR", 4.0)
     names |= {store.Store(scaled)._source}
-    monkeypatch.setitem(globals(), "half", rik.load)
+    monkeypatch.setitem(globals(), "half", store._digest)
     names |= {store.Store(scaled)._source}
     assert len(names) == 3
 
@@ -298,3 +298,10 @@ def test_only_kernels_of_other_sizes_are_left_out(n, sizes):
     assert {most for most in (8, 16) if warming._serves(most, n)} == sizes
     assert warming._serves(None, n)
     assert {each.most for each in every_kernel()} == {None, 8, 16}
+
+
+def test_what_names_more_than_numbers_and_functions_is_compiled_by_every_process(monkeypatch):
+    for other in (np.ones(3), np.float32(2.0), rik, object()):
+        monkeypatch.setitem(globals(), "FACTOR", other)
+        with pytest.raises(OSError, match="FACTOR may be something else"):
+            store.Store(scaled)

@@ -541,3 +541,18 @@ def test_processes_give_the_same_bits(rng):
     here = robot.solve_poses(T)
     assert (elsewhere.q == here.q).all()
     assert (elsewhere.starts == here.starts).all()
+
+
+@pytest.mark.parametrize("rng", [3, "a", np.random.RandomState(0)])
+def test_what_is_no_generator_is_refused(rng):
+    robot = rik.load("ur5")
+    with pytest.raises(rik.InputError, match="rng must be"):
+        robot.solve_pose(robot.pose(robot.rest), rng=rng)
+
+
+def test_options_are_checked_whatever_was_asked_before():
+    robot = rik.load("ur5")
+    T = robot.pose(robot.rest)
+    robot.solve_pose(T, solutions=1)
+    with pytest.raises(rik.InputError, match="solutions"):
+        robot.solve_pose(T, solutions=True)

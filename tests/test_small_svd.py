@@ -116,3 +116,15 @@ def test_more_rows_or_columns_than_are_compiled_are_left_to_lapack(rng):
     assert_allclose(found.s, np.linalg.svd(J, compute_uv=False), rtol=1e-12)
     assert linalg.singular_values(np.empty((0, 6, 7))).shape == (0, 6)
     assert linalg.svd(np.empty((0, 6, 7))).U.shape == (0, 6, 6)
+
+
+def test_left_vectors_are_orthonormal_however_small_rows_become(rng):
+    for exponent in range(-160, -100, 3):
+        A = rng.standard_normal((11, 4, 6))
+        A[:, 2:] *= 10.0**exponent
+        found = linalg.svd(A)
+        assert_allclose(np.swapaxes(found.U, -1, -2) @ found.U, np.broadcast_to(np.eye(4), (11, 4, 4)), atol=1e-13)
+    J = rng.standard_normal((60, 8, 2)) @ rng.standard_normal((60, 2, 8))
+    J[:20] = np.round(J[:20])
+    found = linalg.svd(J)
+    assert_allclose(np.swapaxes(found.U, -1, -2) @ found.U, np.broadcast_to(np.eye(8), (60, 8, 8)), atol=1e-13)

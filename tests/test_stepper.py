@@ -312,3 +312,70 @@ def test_one_configuration_off_the_circle_among_many_is_refused(rng):
     for inverse in (rik.DampedLeastSquares(), Halving(), rik.SDLS()):
         with pytest.raises(rik.InputError, match="must have length 1"):
             rik.Stepper(robot, inverse).steps(q, np.ones((50, 6)), threads=2)
+
+
+def test_rows_come_in_any_order(rng):
+    robot = rik.load("panda")
+    q = robot.random(rng, 9)
+    for rows in [("wz", "x"), ("z", "y", "x"), ("wx", "z", "wz", "y", "x", "wy"), ("wz", "wy", "wx", "z", "y")]:
+        twists = rng.normal(size=(9, len(rows)))
+        for inverse in (rik.DampedLeastSquares(), rik.JParse(), Halving(), rik.SDLS()):
+            stepper = rik.Stepper(robot, inverse, rows=rows)
+            expected = inverse.solve(robot.jacobian(q, rows=rows), twists)
+            assert_allclose(stepper.steps(q, twists), expected, atol=1e-9 * (1 + np.abs(expected).max()))
+            assert_allclose(stepper.step(q[0], twists[0]), expected[0], atol=1e-9 * (1 + np.abs(expected).max()))
+
+
+@pytest.mark.parametrize("name, values", [
+    ("planar_3r", [-np.pi, 0, 0]), ("planar_3r", [0, 0, 0]), ("puma560", [0] * 6), ("puma560", [0.3, 0, 0.1, 0, 0, 0]),
+    ("pa10", [0] * 7), ("srs_7r", [0] * 7), ("ur5", [0] * 6), ("ur10", [0] * 6),
+])  # fmt: skip
+def test_what_is_wanted_beside_the_task_moves_it_nowhere_at_singularities_too(name, values, rng):
+    whole = rik.load(name)
+    for robot in (whole, whole.with_rows(whole.rows[:3])):
+        q = robot.configuration(values)
+        J = robot.jacobian(q)
+        for inverse in (rik.DampedLeastSquares(), rik.JParse(), rik.MoorePenrose(), Halving()):
+            stepper = rik.Stepper(robot, inverse)
+            for wish in rng.normal(size=(4, robot.n)):
+                done = stepper.step(q, np.zeros(len(robot.rows)), secondary=wish)
+                assert_allclose(J @ done, 0, atol=1e-12)
+                assert np.linalg.norm(done) <= np.linalg.norm(wish) * (1 + 1e-12)
+
+
+@pytest.mark.parametrize("inverse", [rik.EDLS(), rik.DulebaClamp(), rik.JParse(), rik.DampedLeastSquares()], ids=repr)
+def test_at_singularities_a_step_is_what_the_inverse_gives(inverse):
+    robot = rik.load("ur10")
+    J = robot.jacobian(robot.neutral)
+    for twist in rik.svd(J).U.T[:5]:  # along what is lost, only the size is told: the direction is any of the kernel's
+        step, solved = rik.Stepper(robot, inverse).step(robot.neutral, twist), inverse.solve(J, twist)
+        assert_allclose(J @ step, J @ solved, atol=1e-9)
+    lost = rik.svd(J).U[:, 5]
+    sizes = [
+        np.linalg.norm(each) for each in (rik.Stepper(robot, inverse).step(robot.neutral, lost), inverse.solve(J, lost))
+    ]
+    assert max(sizes) <= inverse.largest_gain(rik.svd(J).s[0]) * (1 + 1e-9)
+
+
+def test_weights_of_any_size_are_right(rng):
+    robot = rik.load("panda")
+    q, twist = robot.random(rng), rng.normal(size=6)
+    for inner in (rik.MoorePenrose(), rik.DampedLeastSquares(), rik.JParse()):
+        for weights in ([1e78] * 6, [1e-78] * 6, [1e12] * 3 + [1.0] * 3, [1e17] * 3 + [1.0] * 3, [1e40] + [1.0] * 5):
+            inverse = rik.Weighted(inner, task_weights=weights)
+            expected = inverse.solve(robot.jacobian(q), twist)
+            assert_allclose(rik.Stepper(robot, inverse).step(q, twist), expected, rtol=1e-6, atol=1e-9)
+
+
+def test_out_may_lie_over_what_is_given(rng):
+    robot = rik.load("panda")
+    stepper, room = rik.Stepper(robot, rik.JParse()), np.empty(7 * 40)
+    q, twists = robot.random(rng, 40), rng.normal(size=(40, 6))
+    expected = stepper.steps(q, twists)
+    over_twists = room[:240].reshape(40, 6)
+    over_twists[:] = twists
+    assert (stepper.steps(q, over_twists, room.reshape(40, 7)) == expected).all()
+    over_q = q.copy()
+    assert (stepper.steps(over_q, twists, over_q) == expected).all()
+    one = q[3].copy()
+    assert (stepper.step(one, twists[3], one) == expected[3]).all()

@@ -27,8 +27,8 @@ LAST = 1e-17
 """The squares of the largest cosine and tangent in a sweep after which no other is needed: convergence is quadratic."""
 ALL = -1.0
 """A floor that no row lies below, though rounding may make a squared length negative."""
-SMALL = 1e-120
-"""Squared lengths below which a product of two may underflow."""
+SMALL, TINY = 1e-120, 1e-220
+"""Squared lengths below which a product of two may underflow, or their squares."""
 
 
 def _tournament(count: int) -> list[list[tuple[int, int]]]:
@@ -142,12 +142,14 @@ def orthogonalise(
         worst = zero
         for pair in range(first, first + pairs):
             i, j = FIRST[pair], SECOND[pair]
-            g, a, b = dot(A, i, j, width), norms[i], norms[j]
+            # Rounding may make what is left of a row negative.
+            g, a, b = dot(A, i, j, width), where(norms[i] > 0.0, norms[i], zero), where(norms[j] > 0.0, norms[j], zero)
             # Where squares could underflow, all are taken larger: rotations depend on ratios only.
             grown = where((a < SMALL) & (b < SMALL), zero + 1e150, zero + 1.0)
+            grown = where((a < TINY) & (b < TINY), zero + 1e250, grown)
             x, d, both = g * grown, (b - a) * grown, (a * grown) * (b * grown)
             square = x * x
-            moves = (square > ORTHOGONAL * both) & (going > 0.0) & (where(a < b, a, b) >= limit)
+            moves = (square > ORTHOGONAL * both) & (both > 0.0) & (going > 0.0) & (where(a < b, a, b) >= limit)
             long = size(d)
             h = where(moves, root(d * d + 4.0 * square), zero + 1.0)
             tangent = where(moves, 2.0 * x / (long + h), zero)

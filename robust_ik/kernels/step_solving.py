@@ -11,7 +11,7 @@ from robust_ik.kernels.orthogonal import dot
 from robust_ik.kernels.stack import ONE, W8, Pointer, Sizes, call_gain, further, stack
 
 ROUNDING = 1e-32
-"""Squared length, over the longest row's, of what rounding leaves of a row: of six rows of a four-joint arm, two."""
+"""Squared length, over the longest row's, of what rounding leaves of a row."""
 WELL_DAMPED = 1e-8
 """λ² as a fraction of the trace of JJᵀ from which on squaring J costs no digit that counts."""
 
@@ -81,7 +81,7 @@ def weigh(program: Pointer, squares: Pointer, x: Pointer, y: Pointer, m: int, k:
     for index in range(m):
         i = int(order[index]) * lanes + lane
         sigma = math.sqrt(squares[i])
-        if index < k and sigma * sigma > ROUNDING * (largest * largest):
+        if index < k and sigma > 0.0:
             gain = call_gain(address, (sigma, largest, smallest, product, float(k - 1 - index), parameters))
             y[i] = gain / sigma * x[i]
         else:

@@ -12,7 +12,7 @@ from robust_ik.kernels.motion import add_columns, joint_twists
 from robust_ik.kernels.packing import CIRCLING, CONFIGURATION, FOLLOWING, INDEPENDENT, KIND, PLACE, STRIDE
 from robust_ik.kernels.packing import HEAD as CHAIN_HEAD
 from robust_ik.kernels.packing import JOINTS as COUNT_OF_JOINTS
-from robust_ik.kernels.stack import ONE, W16, Pointer, Sizes, each_lane, further, lanes_of, stack
+from robust_ik.kernels.stack import ONE, W8, W16, Pointer, Sizes, each_lane, further, lanes_of, stack
 
 DONE, NOT_FINITE, OFF_CIRCLE, TOO_LARGE, WRONG_LENGTH = 0, 1, 2, 3, 4
 """What a step returns."""
@@ -58,16 +58,28 @@ def task(
     for lane in range(count):
         for r in range(m):
             lanes[r * L + lane] = twist[lane * m + r]
-    if m < 6:
-        for r in range(m):
-            row = int(program[p.ROW + r])
-            for c in range(P):
-                J[r * P + c] = J[row * P + c]
+    choose_rows(program, J, m, width, zero)
     if program[p.TASK] > 0.0:
         scale_rows(further(program, int(program[p.TASK])), m, J, P, zero)
         scale_rows(further(program, int(program[p.TASK])), m, x, 1, zero)
     if program[p.JOINTS] > 0.0:
         scale_columns(further(program, int(program[p.JOINTS])), int(chain[INDEPENDENT]), J, m, P, zero)
+
+
+@inlined
+def choose_rows(program: Pointer, J: Pointer, m: int, width: Sizes, zero: Number) -> None:
+    """The m wanted rows of the six in J, in the wanted order."""
+    P, all_rows, as_they_are = len(width), stack(zero, W8, width), True
+    for r in range(m):
+        as_they_are &= int(program[p.ROW + r]) == r
+    if as_they_are:
+        return
+    for x in range(6 * P):
+        all_rows[x] = J[x]
+    for r in range(m):
+        row = int(program[p.ROW + r])
+        for c in range(P):
+            J[r * P + c] = all_rows[row * P + c]
 
 
 @called

@@ -8,7 +8,7 @@ from robust_ik.checks import Array
 from robust_ik.kernels import program as p
 from robust_ik.kernels.compiling import called, inlined
 from robust_ik.kernels.lanes import COUNT, spread
-from robust_ik.kernels.orthogonal import orthogonalise
+from robust_ik.kernels.orthogonal import ALL, orthogonalise
 from robust_ik.kernels.packing import CONFIGURATION, INDEPENDENT
 from robust_ik.kernels.stack import ONE, W8, Pointer, Sizes, each_lane, further, pointer, stack
 from robust_ik.kernels.step_solving import ROUNDING, WELL_DAMPED, add_beside, combine, damped, order_of, weigh
@@ -34,7 +34,8 @@ def step_one(
         trace = damped(J, x, m, program[p.DAMPING], found, width, 0.0)
         poor = not program[p.DAMPING] >= WELL_DAMPED * trace
     if poor:
-        orthogonalise(J, x, m, width, ONE, squares, ROUNDING, 0.0)
+        # Of six rows of a four-joint arm two are rounding; they matter only to what is done beside the task.
+        orthogonalise(J, x, m, width, ONE, squares, ROUNDING if m > n and not wanted else ALL, 0.0)
         weigh(program, squares, x, y, m, min(m, n), 0, 1)
         combine(J, y, m, found, width, 0.0)
     if wanted:
@@ -69,7 +70,7 @@ def factor_one(program: Pointer, q: Pointer, twist: Pointer, s: Pointer, x: Poin
     if status != DONE:
         return status
     task(program, q, twist, 1, J, wanted, width, 0.0)
-    orthogonalise(J, wanted, m, width, ONE, squares, ROUNDING, 0.0)
+    orthogonalise(J, wanted, m, width, ONE, squares, ALL, 0.0)
     order_of(squares, order, m, 0, 1)
     for index in range(min(m, n)):
         i = int(order[index])
@@ -97,7 +98,7 @@ def step_eight(program: Pointer, q: Pointer, twist: Pointer, out: Pointer, width
         trace = damped(J, x, m, program[p.DAMPING], found, width, zero)
         poor[0] = WELL_DAMPED * trace - program[p.DAMPING]
     else:
-        orthogonalise(J, x, m, width, ONE, squares, ROUNDING, zero)
+        orthogonalise(J, x, m, width, ONE, squares, ROUNDING if m > n else ALL, zero)
         for lane in range(COUNT):
             weigh(program, each_lane(squares), each_lane(x), each_lane(y), m, min(m, n), lane, COUNT)
         combine(J, y, m, found, width, zero)

@@ -16,10 +16,11 @@ import uuid
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
-from types import FunctionType
+from types import FunctionType, ModuleType
 from typing import Any
 
 import numba
+import numpy as np
 
 FOLDER = Path(__file__).parent
 SUFFIX = ".kernel"
@@ -111,15 +112,26 @@ def _made_of(function: Callable[..., Any], seen: dict[Any, str]) -> Iterable[str
     if function.__closure__ is not None:
         raise OSError("what a closure holds is in no file")
     if function not in seen:
-        seen[function] = Path(function.__code__.co_filename).read_text(encoding="utf-8")
+        file = Path(function.__code__.co_filename)
+        ours = file.parent == FOLDER  # what SOURCES stands for
+        seen[function] = file.read_text(encoding="utf-8")
         for name in function.__code__.co_names:
             value = function.__globals__.get(name)
             value = getattr(value, "py_func", value)  # of what is compiled, what was written
             if isinstance(value, FunctionType):
                 _made_of(value, seen)
-            elif isinstance(value, (int, float, tuple)):
+            elif isinstance(value, (int, float, tuple)) and not isinstance(value, np.generic):
                 seen[function] += f"{name} = {value!r}\n"
+            elif value is not None and not ours and not _is_constant(value):
+                raise OSError(f"{name} may be something else in another process")
     return seen.values()
+
+
+def _is_constant(value: Any) -> bool:
+    """Whether a name means the same in every process: modules of NumPy and Python, and NumPy's functions."""
+    if isinstance(value, ModuleType):
+        return value.__name__.partition(".")[0] in ("numpy", "math", "cmath", "operator")
+    return isinstance(value, np.ufunc)
 
 
 def _read(path: Path) -> bytes | None:

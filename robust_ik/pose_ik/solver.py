@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from robust_ik.chain import Chain
 from robust_ik.checks import Array, check_leading_axes
+from robust_ik.errors import InputError
 from robust_ik.kernels import pose_layout as lay
 from robust_ik.linalg import singular_values
 from robust_ik.pose_ik.batch import cut, run
@@ -24,6 +25,9 @@ from robust_ik.pose_ik.result import PoseResult, PoseResults
 from robust_ik.rows import ROWS
 
 POSITION_TOLERANCE, ROTATION_TOLERANCE = 1e-8, 1e-8
+
+MOST_KEPT = 64
+"""Sets of options that a solver keeps as kernels read them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,13 +140,18 @@ class PoseSolver:
         """Options as kernels read them and how many solutions are compared; kept where there is no generator."""
         rng = given[-1]
         if rng is not None:
+            if not isinstance(rng, np.random.Generator):
+                raise InputError(f"rng must be a numpy Generator or None, got {rng!r}")
             return prepared(given[:-1], int(rng.integers(2**53)))
+        key = (*given, *map(type, given))  # True is not 1 here
         try:
-            return self._options[given]
+            return self._options[key]
         except (KeyError, TypeError):
             made = prepared(given[:-1], 0)
+        if len(self._options) >= MOST_KEPT:
+            self._options.clear()
         with suppress(TypeError):  # arrays of one number cannot be kept by
-            self._options[given] = made
+            self._options[key] = made
         return made
 
 
