@@ -7,6 +7,7 @@ from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
+from operator import is_
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,9 @@ from robust_ik.rows import ROWS
 
 POSITION_TOLERANCE, ROTATION_TOLERANCE = 1e-8, 1e-8
 
+LENGTH_SCALE, APART = 1.0, 0.1
+USUAL = ("nearest", 1, "normal", POSITION_TOLERANCE, ROTATION_TOLERANCE, LENGTH_SCALE, APART, None)
+"""What is asked for where nothing is said."""
 MOST_KEPT = 64
 """Sets of options that a solver keeps as kernels read them."""
 
@@ -62,6 +66,10 @@ class PoseSolver:
         return pack(self.chain, self.lower, self.upper, self.rows)
 
     @cached_property
+    def _usual(self) -> tuple[Array, int]:
+        return prepared(USUAL[:-1], 0)
+
+    @cached_property
     def _kernel(self) -> Callable[..., Any]:
         from robust_ik.kernels.pose_search import solve_one  # imports Numba, half a second: only where it is needed
 
@@ -77,14 +85,14 @@ class PoseSolver:
         effort: Effort = "normal",
         position_tolerance: float = POSITION_TOLERANCE,
         rotation_tolerance: float = ROTATION_TOLERANCE,
-        length_scale: float = 1.0,
-        apart: float = 0.1,
+        length_scale: float = LENGTH_SCALE,
+        apart: float = APART,
         rng: np.random.Generator | None = None,
     ) -> PoseResult:
         """A configuration at a target; see `Robot.solve_pose`."""
-        packed, wanted = self._prepared(
-            prefer, solutions, effort, position_tolerance, rotation_tolerance, length_scale, apart, rng
-        )
+        given = (prefer, solutions, effort, position_tolerance, rotation_tolerance, length_scale, apart, rng)
+        # By identity, for True is equal to 1; options that are passed again are the same objects as a rule.
+        packed, wanted = self._usual if all(map(is_, given, USUAL)) else self._prepared(*given)
         T, start = as_pose(target), self.rest if q0 is None else as_start(q0, self.rest)
         q, numbers = np.empty((wanted, self.chain.nq)), np.empty(lay.NUMBERS)
         try:
@@ -108,8 +116,8 @@ class PoseSolver:
         effort: Effort = "normal",
         position_tolerance: float = POSITION_TOLERANCE,
         rotation_tolerance: float = ROTATION_TOLERANCE,
-        length_scale: float = 1.0,
-        apart: float = 0.1,
+        length_scale: float = LENGTH_SCALE,
+        apart: float = APART,
         rng: np.random.Generator | None = None,
         threads: int = 1,
         executor: Executor | None = None,
