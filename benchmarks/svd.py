@@ -43,7 +43,7 @@ def families(count: int) -> dict[str, np.ndarray]:
     robot = rik.load("panda")
     return {
         "σ within 0.3 to 1": mild,
-        "a Panda's Jacobians": robot.jacobian(robot.random(rng, count)),
+        "a Panda's Jacobians *": robot.jacobian(robot.random(rng, count)),
         "graded: rows of 1 to 1e-6": np.geomspace(1, 1e-6, 6)[:, None] * mild,
         "graded: rows of 1 to 1e-15": np.geomspace(1, 1e-15, 6)[:, None] * mild,
         "repeated σ: 1 1 1 0.5 0.5 0.5": with_values(np.array([1, 1, 1, 0.5, 0.5, 0.5])),

@@ -149,6 +149,10 @@ class Robot(FrameKinematics):
     def _pose_solvers(self) -> dict[tuple[str | None, tuple[str, ...] | None], PoseSolver]:
         return {}
 
+    @cached_property
+    def _usual_solver(self) -> PoseSolver:
+        return self.pose_solver()
+
     def pose_solver(self, frame: str | None = None, rows: Sequence[str] | None = None) -> PoseSolver:
         """What `solve_pose` asks, for a loop that asks it often; made once for each frame and rows.
 
@@ -195,7 +199,10 @@ class Robot(FrameKinematics):
         """
         if not (type(target) is np.ndarray and target.ndim == 2):
             rows = wanted_rows(target, rows, self.rows)
-        return self.pose_solver(frame, rows).solve(target, q0, **options)
+        if frame is None and rows is None and not options:
+            return self._usual_solver.solve_usual(target, q0)
+        solver = self.pose_solver(frame, rows)
+        return solver.solve(target, q0, **options) if options else solver.solve_usual(target, q0)
 
     def solve_poses(
         self,

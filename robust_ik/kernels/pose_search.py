@@ -5,7 +5,7 @@ from __future__ import annotations
 from robust_ik.checks import Array
 from robust_ik.kernels import pose_layout as lay
 from robust_ik.kernels import pose_memory as mem
-from robust_ik.kernels.compiling import called, filled, given, kernel
+from robust_ik.kernels.compiling import WHOLE, called, filled, given, kernel
 from robust_ik.kernels.lanes import Number, somewhere, spread
 from robust_ik.kernels.pose_deciding import decide, finish
 from robust_ik.kernels.pose_error import measure
@@ -13,7 +13,7 @@ from robust_ik.kernels.pose_memory import begin
 from robust_ik.kernels.pose_polish import ROOM, SIX, TWELVE
 from robust_ik.kernels.pose_step import step
 from robust_ik.kernels.pose_target import sound
-from robust_ik.kernels.stack import ONE, W8, W16, Pointer, each_lane, further, lanes_of, pointer, stack
+from robust_ik.kernels.stack import ONE, W8, W16, Pointer, at_address, each_lane, further, lanes_of, pointer, stack
 
 
 @called
@@ -106,14 +106,14 @@ def search(
             step(problem, values, axes, end, error, options[lay.SCALE], J, moving, zero)
 
 
-@kernel(given(1), given(1), given(2), given(1), filled(2), filled(1))
-def solve_one(problem: Array, options: Array, target: Array, q0: Array, q: Array, numbers: Array) -> None:
-    """Solutions for one target, into q[0], q[1], ...; one that cannot be meant is REFUSED."""
-    pack = pointer(problem)
+@kernel(WHOLE, WHOLE, given(2), given(1), filled(2), filled(1))
+def solve_one(problem: int, options: int, target: Array, q0: Array, q: Array, numbers: Array) -> bool:
+    """Solutions for one target, into q[0], q[1], ...; False for one that cannot be meant. The first two by address."""
+    pack = at_address(problem)
     if not sound(pack, pointer(target), pointer(q0)):
-        numbers[lay.STATUS] = lay.REFUSED
-        return
-    search(pack, pointer(options), pointer(target), pointer(q0), 0, pointer(q), len(q), pointer(numbers), 1, 0.0)
+        return False
+    search(pack, at_address(options), pointer(target), pointer(q0), 0, pointer(q), len(q), pointer(numbers), 1, 0.0)
+    return True
 
 
 @kernel(given(1), given(1), given(3), given(2), filled(3), filled(2))

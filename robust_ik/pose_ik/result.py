@@ -28,18 +28,26 @@ class PoseStatus(Enum):
 STATUSES = (PoseStatus.SOLVED, PoseStatus.CLOSEST, PoseStatus.OUT_OF_REACH)
 
 
-@dataclass(frozen=True, eq=False, slots=True)
 class PoseResult:
-    """A configuration that reaches a pose, or comes closest to it.
+    """A configuration that reaches a pose, or comes closest to it. It cannot be changed.
 
-    Attributes:
-        solutions: What was found, the preferred one first, (s, nq); the closest alone where nothing reaches the target.
-        solver: What found it.
+    No dataclass: making a frozen one takes a tenth of the time of a whole solve.
     """
 
-    solutions: Array
-    solver: PoseSolver
-    _numbers: Array
+    __slots__ = ("_numbers", "_solutions", "_solver")
+
+    def __init__(self, solutions: Array, solver: PoseSolver, numbers: Array) -> None:
+        self._solutions, self._solver, self._numbers = solutions, solver, numbers
+
+    @property
+    def solutions(self) -> Array:
+        """What was found, the preferred one first, (s, nq); the closest alone where nothing reaches the target."""
+        return self._solutions
+
+    @property
+    def solver(self) -> PoseSolver:
+        """What found it."""
+        return self._solver
 
     def __repr__(self) -> str:
         return f"PoseResult({self.status.name}, q={self.q!r}, error={self.error})"

@@ -7,7 +7,6 @@ from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
-from operator import is_
 from typing import Any
 
 import numpy as np
@@ -28,8 +27,6 @@ from robust_ik.rows import ROWS
 POSITION_TOLERANCE, ROTATION_TOLERANCE = 1e-8, 1e-8
 
 LENGTH_SCALE, APART = 1.0, 0.1
-USUAL = ("nearest", 1, "normal", POSITION_TOLERANCE, ROTATION_TOLERANCE, LENGTH_SCALE, APART, None)
-"""What is asked for where nothing is said."""
 MOST_KEPT = 64
 """Sets of options that a solver keeps as kernels read them."""
 
@@ -66,8 +63,16 @@ class PoseSolver:
         return pack(self.chain, self.lower, self.upper, self.rows)
 
     @cached_property
+    def _usual_address(self) -> int:
+        return int(self._usual[0].ctypes.data)
+
+    @cached_property
     def _usual(self) -> tuple[Array, int]:
-        return prepared(USUAL[:-1], 0)
+        return prepared(("nearest", 1, "normal", POSITION_TOLERANCE, ROTATION_TOLERANCE, LENGTH_SCALE, APART), 0)
+
+    @cached_property
+    def _address(self) -> int:
+        return int(self.problem.ctypes.data)
 
     @cached_property
     def _kernel(self) -> Callable[..., Any]:
@@ -90,20 +95,32 @@ class PoseSolver:
         rng: np.random.Generator | None = None,
     ) -> PoseResult:
         """A configuration at a target; see `Robot.solve_pose`."""
-        given = (prefer, solutions, effort, position_tolerance, rotation_tolerance, length_scale, apart, rng)
-        # By identity, for True is equal to 1; options that are passed again are the same objects as a rule.
-        packed, wanted = self._usual if all(map(is_, given, USUAL)) else self._prepared(*given)
-        T, start = as_pose(target), self.rest if q0 is None else as_start(q0, self.rest)
-        q, numbers = np.empty((wanted, self.chain.nq)), np.empty(lay.NUMBERS)
+        packed, wanted = self._prepared(
+            prefer, solutions, effort, position_tolerance, rotation_tolerance, length_scale, apart, rng
+        )
+        found = self._solve(int(packed.ctypes.data), wanted, target, q0)
+        if wanted == 1:
+            return found
+        count = min(max(int(found._numbers.item(lay.FOUND)), 1), int(solutions))
+        return PoseResult(found.solutions[:count], self, found._numbers)
+
+    def solve_usual(self, target: ArrayLike, q0: ArrayLike | None = None) -> PoseResult:
+        """`solve` where nothing is said of options, half a microsecond faster."""
+        return self._solve(self._usual_address, 1, target, q0)
+
+    def _solve(self, options: int, wanted: int, target: ArrayLike, q0: ArrayLike | None) -> PoseResult:
+        """With packed options by their address."""
+        rest = self.rest
+        T = target if type(target) is np.ndarray and target.shape == (4, 4) else as_pose(target)
+        start = rest if q0 is None else as_start(q0, rest)
+        q, numbers = np.empty((wanted, len(rest))), np.empty(lay.NUMBERS)
         try:
-            self._kernel(self.problem, packed, T, start, q, numbers)
+            meant = self._kernel(self._address, options, T, start, q, numbers)
         except TypeError:  # another type of number or layout
-            T, start = as_pose(plain(target, "target")), as_start(plain(start, "q0"), self.rest)
-            self._kernel(self.problem, packed, T, start, q, numbers)
-        if numbers.item(lay.STATUS) == lay.REFUSED:
-            refuse(T, start, self.rest)
-        if wanted > 1:
-            q = q[: min(max(int(numbers.item(lay.FOUND)), 1), int(solutions))]
+            T, start = as_pose(plain(target, "target")), as_start(plain(start, "q0"), rest)
+            meant = self._kernel(self._address, options, T, start, q, numbers)
+        if not meant:
+            refuse(T, start, rest)
         return PoseResult(q, self, numbers)
 
     def solve_many(
