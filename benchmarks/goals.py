@@ -128,7 +128,9 @@ def goals() -> Iterator[Goal]:
     yield Goal("batch of DLS over one by one", "batch_throughput", lambda r: _pair(r, "DLS, batch", "one"), 0.25)
     many = lambda r: r["robust_ik SVD + JParse, batch"]["cpu_us"]["median"]  # noqa: E731
     yield Goal("FK + J + SVD + filter of many, µs", "batch_throughput", many, 2)
-    yield Goal("speed-up by both cores", "batch_throughput", lambda r: _pair(r, "SVD + JParse, 2 threads", "cores"), 1.8, True)
+    yield Goal(
+        "speed-up by both cores", "batch_throughput", lambda r: _pair(r, "SVD + JParse, 2 threads", "cores"), 1.8, True
+    )
     atlas = lambda r: sorted(each["cpu"] for each in r["pa10"])[len(r["pa10"]) // 2]  # noqa: E731
     yield Goal("atlas of the PA-10, CPU s", "atlas_time", atlas, 2)
     yield Goal("import, added, CPU ms", "import_time", lambda r: r["robust_ik, added"]["cpu_ms"]["median"], 100)
