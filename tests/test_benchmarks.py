@@ -3,6 +3,7 @@
 import json
 import sys
 from dataclasses import dataclass
+from itertools import groupby
 
 import numpy as np
 import pytest
@@ -81,8 +82,9 @@ def test_contenders_take_turns():
     order = []
     everyone = [ours(name, lambda name=name: calls(order.append, [name])) for name in "AB"]
     interleave(everyone, 2)
-    # Both warm up; then each round calls twice: without a clock between calls, and with one.
-    assert order == ["A", "B"] + ["A", "A", "B", "B"] * 2
+    # Both warm up; then each round calls one after the other, several times where that takes no time.
+    assert [name for name, _ in groupby(order)] == ["A", "B"] * 3
+    assert order.count("A") == order.count("B")
 
 
 def test_a_contender_that_is_not_there_is_left_out_with_its_reason():
