@@ -317,3 +317,29 @@ def test_copies_stay_read_only(robot):
     again = pickle.loads(pickle.dumps(robot))
     for array in (again.lower, again.rest, again._joints.mixing):
         assert not array.flags.writeable
+
+
+def test_joints_that_follow_others_with_factors_and_offsets_equal_pinocchios(rng):
+    kinds = [
+        ("a", "continuous", ""),
+        ("b", "revolute", '<mimic joint="a" multiplier="-0.5" offset="0.3"/>'),
+        ("c", "prismatic", ""),
+        ("d", "prismatic", '<mimic joint="c" multiplier="2" offset="0.1"/>'),
+        ("e", "prismatic", '<mimic joint="a" multiplier="0.1" offset="0.2"/>'),
+        ("f", "revolute", ""),
+        ("g", "continuous", '<mimic joint="f" multiplier="1" offset="-0.7"/>'),
+    ]
+    text = '<robot name="r"><link name="l0"/>' + "".join(
+        f'<link name="l{i + 1}"/><joint name="{name}" type="{kind}"><parent link="l{i}"/><child link="l{i + 1}"/>'
+        f'<origin xyz="0.3 0.1 {0.1 * i}" rpy="{0.4 * i} 0.2 -0.3"/><axis xyz="{i % 2} {(i + 1) % 2} 0"/>'
+        f'<limit lower="-2" upper="2" velocity="1" effort="1"/>{mimic}</joint>'
+        for i, (name, kind, mimic) in enumerate(kinds)
+    )
+    robot = rik.Robot.from_description(parse_urdf(text + "</robot>"))
+    assert robot.n == 3
+    q = robot.random(rng, 11)
+    assert_allclose(robot.pose(q), [pinocchio_reference.pose(robot, one, robot.tip) for one in q], atol=1e-12)
+    for reference in REFERENCES:
+        for function in ("jacobian", "hessian"):
+            expected = [getattr(pinocchio_reference, function)(robot, one, robot.tip, reference) for one in q]
+            assert_allclose(getattr(robot, function)(q, reference=reference), expected, atol=1e-12)
