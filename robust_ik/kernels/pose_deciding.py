@@ -1,7 +1,9 @@
 """What follows each measurement in a search for a pose: another step, another start, or the end.
 
 A start is given up when E has not fallen to 0.4 of what it was five steps ago (0.5 of three steps ago for the first).
-When nothing reaches the target, the best few are polished: they give the closest pose, and say whether to go on.
+Where that happens close to the target, or where a start is on the boundary of what is reachable, a solution on the
+boundary is looked for. When nothing reaches the target, the best few are polished: they give the closest pose, and say
+whether to go on.
 """
 
 from __future__ import annotations
@@ -11,8 +13,9 @@ import math
 from robust_ik.kernels import pose_layout as lay
 from robust_ik.kernels import pose_memory as mem
 from robust_ik.kernels.compiling import called
+from robust_ik.kernels.pose_boundary import press, pressable
 from robust_ik.kernels.pose_memory import keep, launch, polish_kept, polish_one, record
-from robust_ik.kernels.pose_polish import ROOM, SIX, TWELVE, look
+from robust_ik.kernels.pose_polish import ROOM, SIX, TWELVE, look, reached
 from robust_ik.kernels.pose_rank import arrange, unwind, write_configuration
 from robust_ik.kernels.pose_target import unreachable
 from robust_ik.kernels.stack import ONE, Pointer, further, stack
@@ -22,9 +25,7 @@ FIRST_WINDOW, FIRST_RATIO, SLOW_RATIO = 3, 0.5, 0.9
 LONGEST = 100
 """Steps of one start at the most."""
 NEARLY = 1e-4
-"""E below which a start that is given up is polished at once."""
-TINY = 1e-7
-"""E below which a start is not given up: towards a singular solution it falls slowly, and not at every step."""
+"""E below which a start that is given up may be near a solution on the boundary."""
 EARLY, LATER, LAST, THOROUGH = 12, 48, 400, 120
 """Starts after which the best are polished; there are no more than LAST without a solution, or THOROUGH where each is
 polished."""
@@ -72,16 +73,25 @@ def decide(
     E = p + options[lay.SCALE] * options[lay.SCALE] * r
     memory[mem.TOTAL] += 1.0
     there = p <= options[lay.POSITION_TOLERANCE] ** 2 and r <= options[lay.ROTATION_TOLERANCE] ** 2
-    if not there and not given_up(memory, E):
+    edge = memory[mem.EDGE] > 0.0
+    if not there and not edge and not given_up(memory, E):
         return 1
+    pressed = edge or (E < NEARLY and options[lay.THOROUGH] == 0.0 and pressable(problem))
+    if not there and pressed:
+        error = stack(0.0, ONE, TWELVE)
+        memory[mem.TOTAL] += press(problem, options, values, further(memory, mem.AIM), edge, error)
+        there, p, r = reached(options, error), error[6], error[7]
+        if edge:
+            memory[mem.EDGED] += 1.0
     if there:
         record(problem, options, memory, values, p, r, found)
-    elif options[lay.THOROUGH] > 0.0 or E < NEARLY:
+    elif options[lay.THOROUGH] > 0.0 or (E < NEARLY and not pressed):
         polish_one(problem, options, memory, values, found)
-    elif memory[mem.SOLUTIONS] == 0.0:
+    elif memory[mem.SOLUTIONS] == 0.0 and not edge:
         keep(problem, options, memory, values, E)
-    memory[mem.START] += 1.0
-    if over(problem, options, memory, found):
+    if not edge:
+        memory[mem.START] += 1.0
+    if (there or not edge) and over(problem, options, memory, found):
         return -1
     launch(problem, options, memory, values)
     return 0
@@ -109,6 +119,6 @@ def finish(problem: Pointer, options: Pointer, memory: Pointer, q0: Pointer, fou
     skipped = 1.0 if options[lay.PREFER] == lay.ANY else 0.0
     numbers[lay.ITERATIONS], numbers[lay.TRIED], numbers[lay.FOUND] = (
         memory[mem.TOTAL],
-        memory[mem.START] - skipped,
+        memory[mem.START] + memory[mem.EDGED] - skipped,
         count,
     )

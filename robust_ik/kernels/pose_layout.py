@@ -21,6 +21,8 @@ BOUND, CENTRE, CARRIED = 12, 13, 16
 """A point of the tool, (3,), is never farther than BOUND from CENTRE, (3,); infinite where that is not known."""
 CHAIN, TABLE = 19, 20
 """Where the packed chain and the table begin."""
+EDGES = 21
+"""How many configurations on the boundary of what is reachable the table has after its first SEEDS."""
 HEAD = 24
 
 STRIDE = 8
@@ -28,15 +30,20 @@ STRIDE = 8
 nothing; the finite range that random configurations come from."""
 LOWER, UPPER, PLACE, CIRCLE, PERIODIC, FROM, TO = 0, 1, 2, 3, 4, 5, 6
 
-# The table holds a row of SEEDS numbers for every feature of a pose, then for every joint, then for the tool's x axis.
+# The table has a row of ENTRIES numbers for every feature of a pose, then for every joint, then for the tool's x axis.
 FEATURES = 12
 """Symmetric: radius, height and tool axis, 5 of them; else position and rotation."""
+
+NORMAL = 5
+"""Symmetric: where the direction outwards begins for what is on the boundary."""
 
 # Options.
 POSITION_TOLERANCE, ROTATION_TOLERANCE, SCALE, PREFER, WANTED, STARTS, POLISHED, RANDOM, APART, THOROUGH = range(10)
 OPTIONS = 10
 NEAREST, ANY, LIMITS, SINGULARITY = 0, 1, 2, 3
-MOST_FOUND, MOST_POLISHED, MOST_SEEDS = 64, 8, 256
+MOST_FOUND, MOST_POLISHED = 64, 8
+MOST_SEEDS, MOST_EDGES = 256, 128
+ENTRIES = MOST_SEEDS + MOST_EDGES
 
 # Results.
 STATUS, POSITION_ERROR, ROTATION_ERROR, ITERATIONS, TRIED, FOUND = range(6)

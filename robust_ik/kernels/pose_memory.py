@@ -6,6 +6,7 @@ import math
 
 from robust_ik.kernels import pose_layout as lay
 from robust_ik.kernels.compiling import called
+from robust_ik.kernels.pose_boundary import press, pressable
 from robust_ik.kernels.pose_polish import TWELVE, polish, reached
 from robust_ik.kernels.pose_rank import WHOLE, apart, is_new, read_configuration, unwind
 from robust_ik.kernels.pose_seeds import random_values
@@ -13,15 +14,19 @@ from robust_ik.kernels.pose_table import bring, nearest, rate
 from robust_ik.kernels.stack import ONE, Pointer, further, sizes, stack
 
 TARGET, START, STEP, TOTAL, SOLUTIONS, RATED, KEPT, BEST, HISTORY = 0, 1, 2, 3, 4, 5, 6, 7, 8
+EDGE, EDGED = 14, 15
+"""Whether a start is on the boundary of what is reachable, and how many were, which START does not count."""
 OWN, AIM = 16, 32
 """q0's joint values; rotation and position of the target."""
 KEPT_E, KEPT_VALUES = 48, 56
 """E of what is kept, and its joint values, 16 each."""
 CLOSEST_VALUES, CLOSEST_ERROR, DISTANCES = 184, 200, 208
-SIZE = 208 + lay.MOST_SEEDS
+SIZE = 208 + lay.ENTRIES
 MEMORY = sizes(SIZE)
 CLOSE = 0.05
 """What is kept differs by so much, rad or m."""
+FEW_EDGES, HARD, MANY_EDGES = 1, 5, 12
+"""Starts on the boundary at the most, before and from a number of other starts on."""
 FROM_TABLE = 24
 """Starts from the table, before random ones."""
 
@@ -32,7 +37,7 @@ def begin(problem: Pointer, options: Pointer, memory: Pointer, q0: Pointer, valu
     own = further(memory, OWN)
     read_configuration(problem, q0, own)
     memory[START], memory[STEP], memory[TOTAL], memory[SOLUTIONS] = 0.0, 0.0, 0.0, 0.0
-    memory[RATED], memory[KEPT], memory[BEST] = 0.0, 0.0, math.inf
+    memory[RATED], memory[KEPT], memory[BEST], memory[EDGE], memory[EDGED] = 0.0, 0.0, math.inf, 0.0, 0.0
     for j in range(int(problem[lay.COUNT])):
         at = lay.HEAD + j * lay.STRIDE
         low, high, value = problem[at + lay.LOWER], problem[at + lay.UPPER], own[j]
@@ -48,14 +53,19 @@ def begin(problem: Pointer, options: Pointer, memory: Pointer, q0: Pointer, valu
 def launch(problem: Pointer, options: Pointer, memory: Pointer, values: Pointer) -> None:
     """The joint values that the next start begins at."""
     start, distances, aim = int(memory[START]), further(memory, DISTANCES), further(memory, AIM)
-    memory[STEP] = 0.0
+    memory[STEP], memory[EDGE] = 0.0, 0.0
     if start > FROM_TABLE:
         random_values(problem, int(options[lay.RANDOM]), start, values)
         return
     if memory[RATED] == 0.0:
         rate(problem, aim, distances)
         memory[RATED] = 1.0
-    bring(problem, aim, further(memory, OWN), nearest(problem, distances), values)
+    most = FEW_EDGES if start < HARD else MANY_EDGES
+    entry = nearest(problem, distances, memory[RATED] == 1.0 and memory[EDGED] < most)
+    memory[EDGE] = 1.0 if entry >= int(problem[lay.SEEDS]) else 0.0
+    if not bring(problem, aim, further(memory, OWN), entry, values):
+        memory[RATED], memory[EDGE] = 2.0, 0.0
+        bring(problem, aim, further(memory, OWN), nearest(problem, distances, False), values)
 
 
 @called
@@ -92,6 +102,11 @@ def polish_kept(problem: Pointer, options: Pointer, memory: Pointer, found: Poin
 def polish_one(problem: Pointer, options: Pointer, memory: Pointer, values: Pointer, found: Pointer) -> None:
     """Polishes one configuration and remembers it if it is the closest, or a solution."""
     error, scale = stack(0.0, ONE, TWELVE), options[lay.SCALE]
+    if pressable(problem):
+        memory[TOTAL] += press(problem, options, values, further(memory, AIM), False, error)
+        if reached(options, error):
+            record(problem, options, memory, values, error[6], error[7], found)
+            return
     memory[TOTAL] += polish(problem, options, values, further(memory, AIM), error)
     E = error[6] + scale * scale * error[7]
     if reached(options, error):

@@ -12,10 +12,8 @@ from robust_ik.kernels import pose_layout as lay
 from robust_ik.kernels.compiling import called, inlined
 from robust_ik.kernels.stack import ONE, Pointer, further, sizes, stack
 
-WEIGHT = 3.0
-"""Of squared metres against squared radians in the choice of a start."""
 NEAR = 1e-9
-ROOM, SIX, TWELVE = sizes(lay.MOST_CHAIN), sizes(6), sizes(12)
+TWELVE = sizes(12)
 
 
 @inlined
@@ -63,3 +61,40 @@ def describe(problem: Pointer, pose: Pointer, found: Pointer) -> float:
     found[2], found[3], found[4] = c * a0 + s * a1, c * a1 - s * a0, a2
     found[5], found[6], found[7] = c * b0 + s * b1, c * b1 - s * b0, b2
     return azimuth
+
+
+@called
+def describe_normal(problem: Pointer, pose: Pointer, push: Pointer, normal: Pointer) -> None:
+    """How far a push moves what `describe` finds: its product with a change of those 5 numbers is that of their twist.
+
+    Args:
+        problem: See `pose_layout`.
+        pose: Rotation, row by row, and position.
+        push: Of a position and of a rotation, 6 numbers, such that neither the first nor the last joint feels it.
+        normal: Filled, 5 numbers.
+    """
+    pack = further(problem, int(problem[lay.CHAIN]))
+    last = links.HEAD + int(pack[links.JOINTS]) * links.STRIDE
+    found, arm, moment = stack(0.0, ONE, TWELVE), stack(0.0, ONE, TWELVE), stack(0.0, ONE, TWELVE)
+    azimuth = describe(problem, pose, found)
+    for i in range(3):
+        # From the last joint's origin to the tool's, G oₜ = R Rₜᵀ oₜ.
+        arm[i] = 0.0
+        for k in range(3):
+            inner = 0.0
+            for j in range(3):
+                inner += pack[last + links.ROTATION + 3 * j + k] * pack[last + links.ORIGIN + j]
+            arm[i] += pose[3 * i + k] * inner
+    for i in range(3):
+        one, two = (i + 1) % 3, (i + 2) % 3
+        moment[i] = push[3 + i] + arm[one] * push[two] - arm[two] * push[one]
+    f0, f1, f2 = into_first(pack, push[0], push[1], push[2])
+    m0, m1, m2 = into_first(pack, moment[0], moment[1], moment[2])
+    c, s = math.cos(azimuth), math.sin(azimuth)
+    normal[0], normal[1] = c * f0 + s * f1, f2
+    m0, m1 = c * m0 + s * m1, c * m1 - s * m0
+    normal[2], normal[3], normal[4] = (
+        m1 * found[4] - m2 * found[3],
+        m2 * found[2] - m0 * found[4],
+        m0 * found[3] - m1 * found[2],
+    )

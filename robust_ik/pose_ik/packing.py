@@ -40,7 +40,7 @@ def pack(chain: Chain, lower: Array, upper: Array, rows: tuple[str, ...]) -> Arr
     head[lay.CHAIN], head[lay.TABLE] = lay.HEAD + k * lay.STRIDE, lay.HEAD + k * lay.STRIDE + len(own)
     for row, joint in zip(joints, moving):
         row[:] = _joint(chain, joint, float(lower[joint]), float(upper[joint]))
-    table = np.zeros((lay.FEATURES + k + 3) * lay.MOST_SEEDS)
+    table = np.zeros((lay.FEATURES + k + 3) * lay.ENTRIES)
     problem = np.concatenate([head, joints.ravel(), own, table])
     from robust_ik.kernels.pose_table import fill_table  # imports Numba, half a second: only where it is needed
 
