@@ -40,14 +40,15 @@ COLUMNS = (
 
 def solving(robot: rik.Robot, q0: np.ndarray, targets: np.ndarray, **settings: Any) -> Round:
     """The round of our own solver, one target at a time."""
-    solve = partial(needed(robot, "solve_pose"), **settings)
-    round_ = calls(lambda q, target: solve(target, q0=q), q0, targets)
+    solve = needed(robot, "solve_pose")
 
-    def judged() -> Sample:
-        done = round_()
-        return Sample(done.cpu_us, done.us, [result.q for result in done.answers])
+    def usual(q: np.ndarray, target: np.ndarray) -> np.ndarray:
+        return solve(target, q0=q).q
 
-    return judged
+    def otherwise(q: np.ndarray, target: np.ndarray) -> np.ndarray:
+        return solve(target, q0=q, **settings).q
+
+    return calls(otherwise if settings else usual, q0, targets)
 
 
 def batch(robot: rik.Robot, q0: np.ndarray, targets: np.ndarray) -> Round:

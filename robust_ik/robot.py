@@ -150,8 +150,8 @@ class Robot(FrameKinematics):
         return {}
 
     @cached_property
-    def _usual_solver(self) -> PoseSolver:
-        return self.pose_solver()
+    def _solve_quickly(self) -> Callable[[Any, Any], PoseResult | None]:
+        return self.pose_solver().quickly
 
     def pose_solver(self, frame: str | None = None, rows: Sequence[str] | None = None) -> PoseSolver:
         """What `solve_pose` asks, for a loop that asks it often; made once for each frame and rows.
@@ -197,12 +197,11 @@ class Robot(FrameKinematics):
             InputError: An argument cannot be meant, or more than 16 joints move the frame.
             FrameNotFoundError: There is no such frame.
         """
-        if not (type(target) is np.ndarray and target.ndim == 2):
-            rows = wanted_rows(target, rows, self.rows)
         if frame is None and rows is None and not options:
-            return self._usual_solver.solve_usual(target, q0)
-        solver = self.pose_solver(frame, rows)
-        return solver.solve(target, q0, **options) if options else solver.solve_usual(target, q0)
+            found = self._solve_quickly(target, q0)
+            if found is not None:
+                return found
+        return self.pose_solver(frame, wanted_rows(target, rows, self.rows)).solve(target, q0, **options)
 
     def solve_poses(
         self,

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeGuard
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robust_ik.chain import Chain, number_of
 from robust_ik.checks import Array, readonly
 from robust_ik.inverses import EDLS, DampedLeastSquares, RobustInverse, SingularValueFilter, Weighted
 from robust_ik.inverses.gain_formula import GainFormula
 from robust_ik.kernels import program as p
+from robust_ik.kernels.program import UNLIKE
 from robust_ik.linalg import null_projector
 from robust_ik.problem import TaskEquation
 from robust_ik.rows import ROWS
@@ -29,19 +32,19 @@ Step = Callable[..., int]
 
 @dataclass(frozen=True, eq=False)
 class Program:
-    """The functions that make a step, each with the address of what is written first; 0 where all went well.
+    """The functions that make a step, each with an address first; they give a status, 0 where all went well.
 
-    Those that are compiled, or nearly, raise TypeError for what are no contiguous doubles.
+    Those that are compiled, or nearly, give UNLIKE for what are no contiguous doubles of the right number.
 
     Attributes:
         n: Joints.
         nq: Length of q.
         m: Task rows.
         compiled: Whether a step is one compiled call.
-        careful: Whether what does not fit raises TypeError or gives a status.
+        careful: Whether `step` and `step_beside` see by themselves what does not fit.
         written: What compiled code reads.
-        step: (address, q, twist, out).
-        step_beside: (address, q, twist, secondary, out).
+        step: (setup, q, twist, out).
+        step_beside: (setup, q, twist, secondary, out).
         steps: (address, q, twists, secondary or none of them, out), a row each.
     """
 
@@ -74,6 +77,11 @@ class Program:
     def address(self) -> int:
         """Of what compiled code reads; it stays where it is as long as this exists."""
         return int(self.written.ctypes.data)
+
+    @cached_property
+    def addresses(self) -> NDArray[np.int64]:
+        """Of the class of arrays and of what compiled code reads: `step` is given where these are."""
+        return np.array([id(np.ndarray), self.address])
 
 
 def _unwrapped(inverse: RobustInverse, m: int, n: int) -> tuple[RobustInverse, Array | None, Array | None]:
@@ -160,9 +168,9 @@ def _half_compiled(inverse: SingularValueFilter, size: tuple[int, int, int], joi
 
     def beside(address: int, q: Array, twist: Array, secondary: Array | None, out: Array) -> int:
         if type(out) is not np.ndarray or out.dtype != float or out.shape != (n,) or not out.flags.c_contiguous:
-            raise TypeError
+            return UNLIKE
         if secondary is not None and np.shape(secondary) != (n,):
-            raise TypeError
+            return UNLIKE
         s, x, Vt = np.empty(k), np.empty(k), np.empty((k, n))
         status = factor(address, q, twist, s, x, Vt)
         if status:

@@ -13,6 +13,7 @@ from robust_ik.checks import Array, as_array
 from robust_ik.errors import InputError
 from robust_ik.frame_kinematics import Reference
 from robust_ik.inverses import DampedLeastSquares, RobustInverse
+from robust_ik.kernels.program import UNLIKE
 from robust_ik.robot import Robot
 from robust_ik.rows import checked_rows
 from robust_ik.step_program import Program
@@ -62,7 +63,7 @@ class Stepper:
             raise InputError(f"inverse must be a RobustInverse, got {inverse!r}")
         self._made_of = (frame, reference, robot.rows if rows is None else checked_rows(rows))
         self._program = Program.of(robot.chain(frame), self.inverse, reference, self._made_of[2])
-        self._address = self._program.address
+        self._address, self._setup = self._program.address, int(self._program.addresses.ctypes.data)
         self._step = self._program.step if self._program.careful else _unlike
         self._step_beside = self._program.step_beside if self._program.careful else _unlike
         self.compiled = self._program.compiled
@@ -94,12 +95,11 @@ class Stepper:
         """
         if out is None:
             out = np.empty(self._program.n)
-        try:
-            if secondary is None:
-                status = self._step(self._address, q, twist, out)
-            else:
-                status = self._step_beside(self._address, q, twist, secondary, out)
-        except TypeError:
+        if secondary is None:
+            status = self._step(self._setup, q, twist, out)
+        else:
+            status = self._step_beside(self._setup, q, twist, secondary, out)
+        if status == UNLIKE:
             return self._converted(q, twist, out, secondary)
         if status:
             self._refuse(q, twist, out, secondary)
@@ -170,7 +170,7 @@ class Stepper:
         _checked_out(out, (size.n,))
         given = [np.array(each, dtype=float) for each in given]
         make = size.step if secondary is None else size.step_beside
-        status = make(self._address, *given, out)
+        status = make(self._setup, *given, out.view(np.ndarray))
         if status:
             self._refuse(given[0], given[1], out, secondary)
         return out
@@ -190,7 +190,7 @@ TOO_LARGE = "the joint velocities are too large to be numbers; out has no meanin
 
 def _unlike(*_: Any) -> int:
     """Takes nothing as it is."""
-    raise TypeError
+    return UNLIKE
 
 
 def _again(

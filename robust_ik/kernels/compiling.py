@@ -30,6 +30,16 @@ def inlined(function: Function) -> Function:
 FLOAT, WHOLE = types.float64, types.int64
 
 
+class HandleType(types.Type):
+    """Any object, by its address: see `handles`."""
+
+    def __init__(self) -> None:
+        super().__init__(name="Handle")
+
+
+HANDLE = HandleType()
+
+
 def given(axes: int) -> Any:
     """The type of an array of doubles that is only read, C-contiguous."""
     return types.Array(FLOAT, axes, "C", readonly=True)
@@ -91,11 +101,18 @@ def every_kernel() -> Sequence[Kernel]:
 
 
 def compiled(function: Callable[..., Any], arguments: tuple[Any, ...]) -> Callable[..., Any]:
-    """A dispatcher that knows these arguments and compiles no more."""
-    dispatcher = numba.njit(**OPTIONS)(function)
+    """A dispatcher that knows these arguments and compiles no more; for handles what is behind it, without a choice.
+
+    What takes handles is called one by one, for microseconds. It keeps Python's lock: to let it go takes time, and
+    another thread that gets it may hold it for milliseconds.
+    """
+    brief = HANDLE in arguments
+    dispatcher = numba.njit(**{**OPTIONS, "nogil": not brief})(function)
     _keep(dispatcher, function)
     dispatcher.compile(arguments)
     dispatcher.disable_compile()
+    if brief:
+        return dispatcher.overloads[arguments].entry_point  # type: ignore[no-any-return]
     return dispatcher  # type: ignore[no-any-return]
 
 

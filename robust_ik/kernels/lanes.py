@@ -24,10 +24,11 @@ Number = Any
 
 
 class LanesType(types.Type):
-    """Eight doubles."""
+    """Some doubles side by side."""
 
-    def __init__(self) -> None:
-        super().__init__(name=f"Lanes({COUNT})")
+    def __init__(self, count: int) -> None:
+        super().__init__(name=f"Lanes({count})")
+        self.vector = ir.VectorType(ir.DoubleType(), count)
 
 
 class MaskType(types.Type):
@@ -37,13 +38,14 @@ class MaskType(types.Type):
         super().__init__(name=f"Mask({COUNT})")
 
 
-LANES, MASK = LanesType(), MaskType()
+LANES, FOUR, MASK = LanesType(COUNT), LanesType(4), MaskType()
+"""`FOUR` is for what goes through the same arithmetic within one number's work, such as the rows of a matrix."""
 
 
 @register_model(LanesType)
 class _LanesModel(models.PrimitiveModel):
     def __init__(self, manager: Any, kind: Any) -> None:
-        super().__init__(manager, kind, DOUBLES)
+        super().__init__(manager, kind, kind.vector)
 
 
 @register_model(MaskType)
@@ -52,13 +54,13 @@ class _MaskModel(models.PrimitiveModel):
         super().__init__(manager, kind, BITS)
 
 
-def _splat(builder: Any, kind: Any, value: Any) -> Any:
+def _splat(builder: Any, kind: Any, value: Any, vector: Any = DOUBLES) -> Any:
     """A number in every lane; lanes as they are."""
-    if kind == LANES:
+    if isinstance(kind, LanesType):
         return value
-    alone = builder.insert_element(ir.Constant(DOUBLES, ir.Undefined), value, ir.Constant(ir.IntType(32), 0))
-    zeros = ir.Constant(ir.VectorType(ir.IntType(32), COUNT), [0] * COUNT)
-    return builder.shuffle_vector(alone, ir.Constant(DOUBLES, ir.Undefined), zeros)
+    alone = builder.insert_element(ir.Constant(vector, ir.Undefined), value, ir.Constant(ir.IntType(32), 0))
+    zeros = ir.Constant(ir.VectorType(ir.IntType(32), vector.count), [0] * vector.count)
+    return builder.shuffle_vector(alone, ir.Constant(vector, ir.Undefined), zeros)
 
 
 def _is_number(kind: Any) -> bool:
@@ -70,18 +72,20 @@ def _offer(function: Any, result: Any, made: Any) -> None:
 
     Args:
         function: Of the module operator.
-        result: The type of what it returns.
+        result: The type of what it returns; None for that of the lanes.
         made: From a builder and two vectors to its instruction.
     """
 
     class Template(AbstractTemplate):
         def generic(self, arguments: Any, keywords: Any) -> Any:
-            if len(arguments) == 2 and LANES in arguments and all(map(_is_number, arguments)):
-                return signature(result, *arguments)
+            lanes = {each for each in arguments if isinstance(each, LanesType)}
+            if len(arguments) == 2 and len(lanes) == 1 and all(map(_is_number, arguments)):
+                return signature(result or lanes.pop(), *arguments)
             return None
 
     def lowered(context: Any, builder: Any, given: Any, values: Any) -> Any:
-        return made(builder, *(_splat(builder, kind, value) for kind, value in zip(given.args, values)))
+        vector = next(kind.vector for kind in given.args if isinstance(kind, LanesType))
+        return made(builder, *(_splat(builder, kind, value, vector) for kind, value in zip(given.args, values)))
 
     infer_global(function)(Template)
     for kinds in ((LanesType, LanesType), (LanesType, types.Float), (types.Float, LanesType)):
@@ -94,7 +98,7 @@ for _operator, _instruction in (
     (operator.mul, "fmul"),
     (operator.truediv, "fdiv"),
 ):
-    _offer(_operator, LANES, lambda builder, x, y, name=_instruction: getattr(builder, name)(x, y))
+    _offer(_operator, None, lambda builder, x, y, name=_instruction: getattr(builder, name)(x, y))
 for _operator, _symbol in ((operator.gt, ">"), (operator.ge, ">="), (operator.lt, "<"), (operator.le, "<=")):
     _offer(_operator, MASK, lambda builder, x, y, symbol=_symbol: builder.fcmp_ordered(symbol, x, y))
 
@@ -198,3 +202,27 @@ def folded(typing_context: Any, value: Any) -> Any:
         return builder.extract_element(part, ir.Constant(index, 0))
 
     return types.float64(value), codegen
+
+
+@intrinsic
+def four(typing_context: Any, a: Any, b: Any, c: Any) -> Any:
+    """Three numbers and a zero side by side."""
+
+    def codegen(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        made = ir.Constant(FOUR.vector, [0.0] * 4)
+        for lane, value in enumerate(values):
+            made = builder.insert_element(made, value, ir.Constant(ir.IntType(32), lane))
+        return made
+
+    return FOUR(types.float64, types.float64, types.float64), codegen
+
+
+@intrinsic
+def three_of(typing_context: Any, lanes: Any) -> Any:
+    """The first three numbers."""
+
+    def codegen(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        entries = [builder.extract_element(values[0], ir.Constant(ir.IntType(32), lane)) for lane in range(3)]
+        return context.make_tuple(builder, signature.return_type, entries)
+
+    return types.UniTuple(types.float64, 3)(lanes), codegen

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
+from typing import Any
+
+from numba.extending import overload
 
 from robust_ik.kernels.compiling import inlined
-from robust_ik.kernels.lanes import Number
+from robust_ik.kernels.lanes import LANES, Number, four, three_of
 from robust_ik.kernels.packing import (
     CIRCLING,
     COLUMN,
@@ -50,7 +53,6 @@ def read_circles(pack: Pointer, q: Pointer, cosines: Pointer, sines: Pointer, la
             cosines[i * lanes + lane], sines[i * lanes + lane] = q[place], q[place + 1]
 
 
-@inlined
 def move(
     pack: Pointer, motions: Pointer, cosines: Pointer, sines: Pointer, axes: Pointer, end: Pointer, zero: Number
 ) -> None:
@@ -65,6 +67,48 @@ def move(
         end: Filled with the frame's rotation, row by row, and its origin, 12 numbers.
         zero: 0, one or eight.
     """
+    raise NotImplementedError
+
+
+@overload(move, strict=False, inline="always")
+def _move(pack: Any, motions: Any, cosines: Any, sines: Any, axes: Any, end: Any, zero: Any) -> Any:
+    return _move_eight if zero == LANES else _move_one
+
+
+def _move_one(
+    pack: Pointer, motions: Pointer, cosines: Pointer, sines: Pointer, axes: Pointer, end: Pointer, zero: float
+) -> None:
+    """For one configuration: the rows of a rotation go through the same arithmetic side by side."""
+    u, v, w, p = four(1.0, 0.0, 0.0), four(0.0, 1.0, 0.0), four(0.0, 0.0, 1.0), four(0.0, 0.0, 0.0)
+    count = int(pack[JOINTS])
+    for i in range(count + 1):
+        at = HEAD + i * STRIDE
+        r = at + ROTATION
+        o = at + ORIGIN
+        p = p + (u * pack[o] + v * pack[o + 1] + w * pack[o + 2])
+        x = u * pack[r] + v * pack[r + 3] + w * pack[r + 6]
+        y = u * pack[r + 1] + v * pack[r + 4] + w * pack[r + 7]
+        w = u * pack[r + 2] + v * pack[r + 5] + w * pack[r + 8]
+        u, v = x, y
+        if i < count:
+            axes[6 * i], axes[6 * i + 1], axes[6 * i + 2] = three_of(w)
+            axes[6 * i + 3], axes[6 * i + 4], axes[6 * i + 5] = three_of(p)
+            kind = pack[at + KIND]
+            if kind == SLIDING or kind == SLIDING + FOLLOWING:
+                p = p + motions[i] * w
+            else:
+                c, s = cosines[i], sines[i]
+                u, v = c * u + s * v, c * v - s * u
+    end[0], end[3], end[6] = three_of(u)
+    end[1], end[4], end[7] = three_of(v)
+    end[2], end[5], end[8] = three_of(w)
+    end[9], end[10], end[11] = three_of(p)
+
+
+def _move_eight(
+    pack: Pointer, motions: Pointer, cosines: Pointer, sines: Pointer, axes: Pointer, end: Pointer, zero: Number
+) -> None:
+    """For eight configurations."""
     a0, a1, a2 = zero + 1.0, zero, zero
     b0, b1, b2 = zero, zero + 1.0, zero
     c0, c1, c2 = zero, zero, zero + 1.0

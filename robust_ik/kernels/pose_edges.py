@@ -73,7 +73,7 @@ def onto_boundary(problem: Pointer, number: int, values: Pointer, normal: Pointe
     describe_normal(problem, end, error, normal)
     for r in range(6):
         error[r] *= BEYOND
-    move(end, error, target)
+    displace(end, error, target)
     return not reached_elsewhere(problem, target, number)
 
 
@@ -92,11 +92,11 @@ def push(problem: Pointer, number: int, pose: Pointer, target: Pointer) -> None:
     for r in range(3):
         motion[r] *= length / math.sqrt(max(far, 1e-300))
         motion[3 + r] *= angle / math.sqrt(max(about, 1e-300))
-    move(pose, motion, target)
+    displace(pose, motion, target)
 
 
 @called
-def move(pose: Pointer, motion: Pointer, target: Pointer) -> None:
+def displace(pose: Pointer, motion: Pointer, target: Pointer) -> None:
     """A pose whose position and rotation vector, world axes, are changed by a motion."""
     x, y, z = motion[3], motion[4], motion[5]
     square = x * x + y * y + z * z

@@ -14,6 +14,9 @@ from robust_ik.kernels.stack import Pointer, each_lane, further, lanes_of
 OPPOSITE = -0.9999995
 """Cosine of an angle, π − 0.001, from which on its axis is read off the symmetric part of a rotation."""
 LEAST = 1e-150
+CLOSE = 0.9995
+"""Cosine of an angle, 0.03, up to which a series gives the last bits."""
+C1, C2, C3, C4, C5 = 1 / 6, 3 / 40, 5 / 112, 35 / 1152, 63 / 2816
 P0, P1, P2 = -8.750608600031904122785e-1, -1.615753718733365076637e1, -7.500855792314704667340e1
 P3, P4 = -1.228866684490136173410e2, -6.485021904942025371773e1
 Q0, Q1, Q2 = 2.485846490142306297962e1, 1.650270098316988542046e2, 4.328810604912902668951e2
@@ -106,13 +109,16 @@ def _rotation(target: Pointer, end: Pointer, error: Pointer, zero: Number) -> No
     x = 0.5 * (_along(target, end, 2, 1) - _along(target, end, 1, 2))
     y = 0.5 * (_along(target, end, 0, 2) - _along(target, end, 2, 0))
     z = 0.5 * (_along(target, end, 1, 0) - _along(target, end, 0, 1))
-    sine, cosine = root(x * x + y * y + z * z), 0.5 * (m00 + m11 + m22 - 1.0)
-    theta = angle(sine, cosine)
-    some = sine > 1e-12
-    divisor = where(some, sine, zero + 1.0)
-    factor = where(some, theta / divisor, zero + 1.0)
+    square, cosine = x * x + y * y + z * z, 0.5 * (m00 + m11 + m22 - 1.0)
+    # θ / sin θ, by its series in sin² θ; θ/2 cot θ/2 is half of that times 1 + cos θ.
+    factor = ((((C5 * square + C4) * square + C3) * square + C2) * square + C1) * square + 1.0
+    if somewhere(cosine <= CLOSE):
+        sine = root(square)
+        some = sine > 1e-12
+        far = where(some, angle(sine, cosine) / where(some, sine, zero + 1.0), zero + 1.0)
+        factor = where(cosine > CLOSE, factor, far)
     error[3], error[4], error[5] = factor * x, factor * y, factor * z
-    error[8] = where(some, 0.5 * theta * (1.0 + cosine) / divisor, zero + 1.0)
+    error[8] = 0.5 * factor * (1.0 + cosine)
     if somewhere(cosine < OPPOSITE):
         L = lanes_of(zero)
         for lane in range(L):

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from robust_ik.checks import Array
 from robust_ik.kernels import pose_layout as lay
 from robust_ik.kernels import pose_memory as mem
-from robust_ik.kernels.compiling import WHOLE, called, filled, given, kernel
+from robust_ik.kernels.compiling import HANDLE, WHOLE, called, filled, given, kernel
+from robust_ik.kernels.handles import ALIGNED, CONTIGUOUS, is_matrix, is_vector, numbers_of, whole_at
 from robust_ik.kernels.lanes import Number, somewhere, spread
 from robust_ik.kernels.pose_deciding import decide, finish
 from robust_ik.kernels.pose_error import measure
@@ -106,13 +109,25 @@ def search(
             step(problem, values, axes, end, error, options[lay.SCALE], J, moving, zero)
 
 
-@kernel(WHOLE, WHOLE, given(2), given(1), filled(2), filled(1))
-def solve_one(problem: int, options: int, target: Array, q0: Array, q: Array, numbers: Array) -> bool:
-    """Solutions for one target, into q[0], q[1], ...; False for one that cannot be meant. The first two by address."""
-    pack = at_address(problem)
-    if not sound(pack, pointer(target), pointer(q0)):
+@kernel(WHOLE, HANDLE, HANDLE, HANDLE, HANDLE)
+def solve_one(setup: int, target: Any, q0: Any, q: Any, numbers: Any) -> bool:
+    """Solutions for one target; False for a target or q0 that are no arrays of doubles, or that cannot be meant.
+
+    Args:
+        setup: The address of three: of the class of arrays, of a problem, of options.
+        target: Array (4, 4).
+        q0: Array (nq,).
+        q: Array, trusted to have room for as many configurations as are wanted.
+        numbers: Array, trusted to have room for results, see `pose_layout`.
+    """
+    array_class, problem, options = whole_at(setup), at_address(whole_at(setup + 8)), at_address(whole_at(setup + 16))
+    plain, length = CONTIGUOUS | ALIGNED, int(problem[lay.LENGTH])
+    if not (is_matrix(target, array_class, 4, 4, plain) and is_vector(q0, array_class, length, plain)):
         return False
-    search(pack, at_address(options), pointer(target), pointer(q0), 0, pointer(q), len(q), pointer(numbers), 1, 0.0)
+    aim, begin, wanted = numbers_of(target), numbers_of(q0), int(options[lay.WANTED])
+    if not sound(problem, aim, begin):
+        return False
+    search(problem, options, aim, begin, 0, numbers_of(q), wanted, numbers_of(numbers), 1, 0.0)
     return True
 
 

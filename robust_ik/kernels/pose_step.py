@@ -15,7 +15,7 @@ from numba.extending import overload
 from robust_ik.kernels import packing as links
 from robust_ik.kernels import pose_layout as lay
 from robust_ik.kernels.compiling import called, inlined
-from robust_ik.kernels.lanes import LANES, Number, where
+from robust_ik.kernels.lanes import LANES, Number, somewhere, where
 from robust_ik.kernels.motion import LOCAL_WORLD_ALIGNED, joint_twists
 from robust_ik.kernels.stack import ONE, W8, W16, Pointer, by_eights, further, sizes, stack
 
@@ -153,8 +153,9 @@ def step(
         low, high = problem[at + lay.LOWER], problem[at + lay.UPPER]
         g, v = along(J, j, e), values[j]
         keep = where((v <= low) & (g < 0.0), zero, where((v >= high) & (g > 0.0), zero, zero + 1.0))
-        for r in range(6):
-            J[8 * j + r] = J[8 * j + r] * keep
+        if somewhere(keep < 1.0):
+            for r in range(6):
+                J[8 * j + r] = J[8 * j + r] * keep
     normal_matrix(J, count, A)
     E = error[6] + (scale * scale) * error[7]
     solve(A, MU * E + FLOOR, e, y, zero)

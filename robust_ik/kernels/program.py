@@ -14,3 +14,6 @@ TASK, JOINTS = 11, 12
 REFERENCE, CHAIN = 13, 14
 """The reference of twists, and where the chain begins."""
 HEAD = 16
+
+DONE, NOT_FINITE, OFF_CIRCLE, TOO_LARGE, UNLIKE = 0, 1, 2, 3, 4
+"""What a step returns: UNLIKE where it was not given vectors of doubles as long as they have to be."""

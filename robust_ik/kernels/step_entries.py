@@ -5,86 +5,104 @@ from __future__ import annotations
 from typing import Any
 
 from robust_ik.checks import Array
-from robust_ik.kernels.compiling import WHOLE, filled, given, inlined, kernel
+from robust_ik.kernels.compiling import HANDLE, WHOLE, filled, given, inlined, kernel
+from robust_ik.kernels.handles import ALIGNED, CONTIGUOUS, WRITEABLE, is_vector, numbers_of, whole_at
 from robust_ik.kernels.packing import CONFIGURATION, INDEPENDENT
-from robust_ik.kernels.program import CHAIN, ROWS
-from robust_ik.kernels.stack import W8, W16, Sizes, at_address, pointer
-from robust_ik.kernels.step_task import WRONG_LENGTH
+from robust_ik.kernels.program import CHAIN, ROWS, UNLIKE
+from robust_ik.kernels.stack import W8, W16, Pointer, Sizes, at_address
 from robust_ik.kernels.stepping import factor_one, many, step_one
 
-ONE_STEP = WHOLE, given(1), given(1), filled(1)
-BESIDE = WHOLE, given(1), given(1), given(1), filled(1)
-FACTOR = WHOLE, given(1), given(1), filled(1), filled(1), filled(2)
+ONE_STEP = WHOLE, HANDLE, HANDLE, HANDLE
+BESIDE = WHOLE, HANDLE, HANDLE, HANDLE, HANDLE
+FACTOR = WHOLE, HANDLE, HANDLE, HANDLE, HANDLE, HANDLE
 MANY_STEPS = WHOLE, given(2), given(2), given(2), filled(2)
+PLAIN = CONTIGUOUS | ALIGNED
 
 
 @inlined
-def fit(program: int, q: Array, twist: Array, n: int) -> Any:
-    """Whether vectors are as long as they have to be."""
-    read = at_address(program)
-    chain = int(read[CHAIN])
-    lengths = len(q) == read[chain + CONFIGURATION] and n == read[chain + INDEPENDENT]
-    return lengths and len(twist) == read[ROWS]
+def program_of(setup: int) -> Pointer:
+    """The program, from the address of two: of the class of arrays and of the program."""
+    return at_address(whole_at(setup + 8))
 
 
 @inlined
-def step(program: int, q: Array, twist: Array, out: Array, width: Sizes) -> int:
+def fit(setup: int, q: Any, twist: Any) -> bool:
+    """Whether q and twist are vectors of doubles, as long as they have to be."""
+    program, array_class = program_of(setup), whole_at(setup)
+    length = int(program[int(program[CHAIN]) + CONFIGURATION])
+    return bool(is_vector(q, array_class, length, PLAIN) and is_vector(twist, array_class, int(program[ROWS]), PLAIN))
+
+
+@inlined
+def fits(setup: int, speeds: Any, flags: int) -> bool:
+    """Whether these are as many doubles as there are joints."""
+    program = program_of(setup)
+    return bool(is_vector(speeds, whole_at(setup), int(program[int(program[CHAIN]) + INDEPENDENT]), flags))
+
+
+@inlined
+def step(setup: int, q: Any, twist: Any, out: Any, width: Sizes) -> int:
     """A step, if the vectors fit."""
-    if not fit(program, q, twist, len(out)):
-        return WRONG_LENGTH
-    return step_one(at_address(program), pointer(q), pointer(twist), pointer(q), False, pointer(out), width)
+    if not (fit(setup, q, twist) and fits(setup, out, PLAIN | WRITEABLE)):
+        return UNLIKE
+    start = numbers_of(q)
+    return step_one(program_of(setup), start, numbers_of(twist), start, False, numbers_of(out), width)
 
 
 @inlined
-def step_beside(program: int, q: Array, twist: Array, beside: Array, out: Array, width: Sizes) -> int:
+def step_beside(setup: int, q: Any, twist: Any, beside: Any, out: Any, width: Sizes) -> int:
     """A step that does something beside its task, if the vectors fit."""
-    if not fit(program, q, twist, len(out)) or len(beside) != len(out):
-        return WRONG_LENGTH
-    return step_one(at_address(program), pointer(q), pointer(twist), pointer(beside), True, pointer(out), width)
+    if not (fit(setup, q, twist) and fits(setup, out, PLAIN | WRITEABLE) and fits(setup, beside, PLAIN)):
+        return UNLIKE
+    return step_one(
+        program_of(setup), numbers_of(q), numbers_of(twist), numbers_of(beside), True, numbers_of(out), width
+    )
 
 
 @inlined
-def factor(program: int, q: Array, twist: Array, s: Array, x: Array, Vt: Array, width: Sizes) -> int:
-    """What a filter in Python needs, if the vectors fit."""
-    if not fit(program, q, twist, Vt.shape[1]):
-        return WRONG_LENGTH
-    return factor_one(at_address(program), pointer(q), pointer(twist), pointer(s), pointer(x), pointer(Vt), width)
+def factor(setup: int, q: Any, twist: Any, s: Any, x: Any, Vt: Any, width: Sizes) -> int:
+    """What a filter in Python needs, if the vectors fit; s, x and Vt are trusted to."""
+    if not fit(setup, q, twist):
+        return UNLIKE
+    return factor_one(
+        program_of(setup), numbers_of(q), numbers_of(twist), numbers_of(s), numbers_of(x), numbers_of(Vt), width
+    )
 
 
 @kernel(*ONE_STEP)
-def step_8(program: int, q: Array, twist: Array, out: Array) -> int:
+def step_8(setup: int, q: Any, twist: Any, out: Any) -> int:
     """A step of a robot of at most 8 joints; its status."""
-    return step(program, q, twist, out, W8)
+    return step(setup, q, twist, out, W8)
 
 
 @kernel(*ONE_STEP)
-def step_16(program: int, q: Array, twist: Array, out: Array) -> int:
+def step_16(setup: int, q: Any, twist: Any, out: Any) -> int:
     """Of at most 16 joints."""
-    return step(program, q, twist, out, W16)
+    return step(setup, q, twist, out, W16)
 
 
 @kernel(*BESIDE)
-def beside_8(program: int, q: Array, twist: Array, beside: Array, out: Array) -> int:
+def beside_8(setup: int, q: Any, twist: Any, beside: Any, out: Any) -> int:
     """A step of a robot of at most 8 joints that does something beside its task; its status."""
-    return step_beside(program, q, twist, beside, out, W8)
+    return step_beside(setup, q, twist, beside, out, W8)
 
 
 @kernel(*BESIDE)
-def beside_16(program: int, q: Array, twist: Array, beside: Array, out: Array) -> int:
+def beside_16(setup: int, q: Any, twist: Any, beside: Any, out: Any) -> int:
     """Of at most 16 joints."""
-    return step_beside(program, q, twist, beside, out, W16)
+    return step_beside(setup, q, twist, beside, out, W16)
 
 
 @kernel(*FACTOR)
-def factor_8(program: int, q: Array, twist: Array, s: Array, x: Array, Vt: Array) -> int:
+def factor_8(setup: int, q: Any, twist: Any, s: Any, x: Any, Vt: Any) -> int:
     """What a filter in Python needs, of at most 8 joints; a status."""
-    return factor(program, q, twist, s, x, Vt, W8)
+    return factor(setup, q, twist, s, x, Vt, W8)
 
 
 @kernel(*FACTOR)
-def factor_16(program: int, q: Array, twist: Array, s: Array, x: Array, Vt: Array) -> int:
+def factor_16(setup: int, q: Any, twist: Any, s: Any, x: Any, Vt: Any) -> int:
     """Of at most 16 joints."""
-    return factor(program, q, twist, s, x, Vt, W16)
+    return factor(setup, q, twist, s, x, Vt, W16)
 
 
 @kernel(*MANY_STEPS)

@@ -12,10 +12,9 @@ from robust_ik.kernels.motion import add_columns, joint_twists
 from robust_ik.kernels.packing import CIRCLING, CONFIGURATION, FOLLOWING, INDEPENDENT, KIND, PLACE, STRIDE
 from robust_ik.kernels.packing import HEAD as CHAIN_HEAD
 from robust_ik.kernels.packing import JOINTS as COUNT_OF_JOINTS
+from robust_ik.kernels.program import DONE, NOT_FINITE, OFF_CIRCLE
 from robust_ik.kernels.stack import ONE, W8, W16, Pointer, Sizes, each_lane, further, lanes_of, stack
 
-DONE, NOT_FINITE, OFF_CIRCLE, TOO_LARGE, WRONG_LENGTH = 0, 1, 2, 3, 4
-"""What a step returns."""
 CIRCLE = 2e-6
 """How far cos² + sin² may be from 1."""
 

@@ -10,9 +10,10 @@ from robust_ik.kernels.compiling import called, inlined
 from robust_ik.kernels.lanes import COUNT, spread
 from robust_ik.kernels.orthogonal import ALL, orthogonalise
 from robust_ik.kernels.packing import CONFIGURATION, INDEPENDENT
+from robust_ik.kernels.program import DONE, TOO_LARGE
 from robust_ik.kernels.stack import ONE, W8, Pointer, Sizes, each_lane, further, pointer, stack
 from robust_ik.kernels.step_solving import ROUNDING, WELL_DAMPED, add_beside, combine, damped, order_of, weigh
-from robust_ik.kernels.step_task import DONE, TOO_LARGE, check, scale_rows, task
+from robust_ik.kernels.step_task import check, scale_rows, task
 
 
 @called

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from operator import attrgetter
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -34,15 +35,17 @@ class PoseResult:
     No dataclass: making a frozen one takes a tenth of the time of a whole solve.
     """
 
-    __slots__ = ("_numbers", "_solutions", "_solver")
+    __slots__ = ("_numbers", "_q", "_solver")
 
-    def __init__(self, solutions: Array, solver: PoseSolver, numbers: Array) -> None:
-        self._solutions, self._solver, self._numbers = solutions, solver, numbers
+    def __init__(self, q: Array, numbers: Array, solver: PoseSolver) -> None:
+        self._q, self._numbers, self._solver = q, numbers, solver
+
+    q: property = property(attrgetter("_q"), doc="The preferred configuration, or the closest, (nq,).")
 
     @property
     def solutions(self) -> Array:
         """What was found, the preferred one first, (s, nq); the closest alone where nothing reaches the target."""
-        return self._solutions
+        return self._q[None]
 
     @property
     def solver(self) -> PoseSolver:
@@ -51,12 +54,6 @@ class PoseResult:
 
     def __repr__(self) -> str:
         return f"PoseResult({self.status.name}, q={self.q!r}, error={self.error})"
-
-    @property
-    def q(self) -> Array:
-        """The preferred configuration, or the closest, (nq,)."""
-        q: Array = self.solutions[0]
-        return q
 
     @property
     def status(self) -> PoseStatus:
@@ -97,6 +94,21 @@ class PoseResult:
         if not self.solved:
             raise NotReachedError(f"{self.status.value} It misses by {_miss(self.error)}.")
         return self
+
+
+class SeveralSolutions(PoseResult):
+    """Of a search for several solutions."""
+
+    __slots__ = ("_solutions",)
+
+    def __init__(self, solutions: Array, numbers: Array, solver: PoseSolver) -> None:
+        super().__init__(solutions[0], numbers, solver)
+        self._solutions = solutions
+
+    @property
+    def solutions(self) -> Array:
+        """What was found, the preferred one first, (s, nq)."""
+        return self._solutions
 
 
 @dataclass(frozen=True, eq=False, slots=True)

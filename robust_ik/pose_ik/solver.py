@@ -21,12 +21,13 @@ from robust_ik.pose_ik.batch import cut, run
 from robust_ik.pose_ik.inputs import as_pose, as_poses, as_start, as_starts, plain, refuse
 from robust_ik.pose_ik.options import Effort, Prefer, pack_options
 from robust_ik.pose_ik.packing import pack
-from robust_ik.pose_ik.result import PoseResult, PoseResults
+from robust_ik.pose_ik.result import PoseResult, PoseResults, SeveralSolutions
 from robust_ik.rows import ROWS
 
 POSITION_TOLERANCE, ROTATION_TOLERANCE = 1e-8, 1e-8
 
 LENGTH_SCALE, APART = 1.0, 0.1
+USUAL = ("nearest", 1, "normal", POSITION_TOLERANCE, ROTATION_TOLERANCE, LENGTH_SCALE, APART)
 MOST_KEPT = 64
 """Sets of options that a solver keeps as kernels read them."""
 
@@ -52,7 +53,7 @@ class PoseSolver:
     upper: Array
     rest: Array
     rows: tuple[str, ...]
-    _options: dict[Any, tuple[Array, int]] = field(default_factory=dict, repr=False)
+    _setups: dict[Any, Setup] = field(default_factory=dict, repr=False)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (self.chain, self.lower, self.upper, self.rest, self.rows)
@@ -63,22 +64,24 @@ class PoseSolver:
         return pack(self.chain, self.lower, self.upper, self.rows)
 
     @cached_property
-    def _usual_address(self) -> int:
-        return int(self._usual[0].ctypes.data)
-
-    @cached_property
-    def _usual(self) -> tuple[Array, int]:
-        return prepared(("nearest", 1, "normal", POSITION_TOLERANCE, ROTATION_TOLERANCE, LENGTH_SCALE, APART), 0)
-
-    @cached_property
-    def _address(self) -> int:
-        return int(self.problem.ctypes.data)
-
-    @cached_property
     def _kernel(self) -> Callable[..., Any]:
         from robust_ik.kernels.pose_search import solve_one  # imports Numba, half a second: only where it is needed
 
         return solve_one.compiled
+
+    @cached_property
+    def quickly(self) -> Callable[[Any, Any], PoseResult | None]:
+        """`solve` where nothing is said of options, half a microsecond faster; None unless given arrays of doubles."""
+        setup = Setup(self.problem, pack_options(*USUAL, seed=0))
+        kernel, rest, nq, empty = self._kernel, self.rest, len(self.rest), np.empty
+
+        def solve(target: Any, q0: Any) -> PoseResult | None:
+            q, numbers = empty(nq), empty(lay.NUMBERS)
+            if kernel(setup.address, target, rest if q0 is None else q0, q, numbers):
+                return PoseResult(q, numbers, self)
+            return None
+
+        return solve
 
     def solve(
         self,
@@ -95,33 +98,19 @@ class PoseSolver:
         rng: np.random.Generator | None = None,
     ) -> PoseResult:
         """A configuration at a target; see `Robot.solve_pose`."""
-        packed, wanted = self._prepared(
+        setup = self._prepared(
             prefer, solutions, effort, position_tolerance, rotation_tolerance, length_scale, apart, rng
         )
-        found = self._solve(int(packed.ctypes.data), wanted, target, q0)
-        if wanted == 1:
-            return found
-        count = min(max(int(found._numbers.item(lay.FOUND)), 1), int(solutions))
-        return PoseResult(found.solutions[:count], self, found._numbers)
-
-    def solve_usual(self, target: ArrayLike, q0: ArrayLike | None = None) -> PoseResult:
-        """`solve` where nothing is said of options, half a microsecond faster."""
-        return self._solve(self._usual_address, 1, target, q0)
-
-    def _solve(self, options: int, wanted: int, target: ArrayLike, q0: ArrayLike | None) -> PoseResult:
-        """With packed options by their address."""
-        rest = self.rest
-        T = target if type(target) is np.ndarray and target.shape == (4, 4) else as_pose(target)
-        start = rest if q0 is None else as_start(q0, rest)
-        q, numbers = np.empty((wanted, len(rest))), np.empty(lay.NUMBERS)
-        try:
-            meant = self._kernel(self._address, options, T, start, q, numbers)
-        except TypeError:  # another type of number or layout
-            T, start = as_pose(plain(target, "target")), as_start(plain(start, "q0"), rest)
-            meant = self._kernel(self._address, options, T, start, q, numbers)
-        if not meant:
-            refuse(T, start, rest)
-        return PoseResult(q, self, numbers)
+        T, start = as_pose(target), self.rest if q0 is None else as_start(q0, self.rest)
+        q, numbers = np.empty((setup.wanted, len(self.rest))), np.empty(lay.NUMBERS)
+        if not self._kernel(setup.address, T, start, q, numbers):
+            # Another type of number or layout, or what cannot be meant.
+            T, start = as_pose(plain(target, "target")), as_start(plain(start, "q0"), self.rest)
+            if not self._kernel(setup.address, T, start, q, numbers):
+                refuse(T, start, self.rest)
+        if setup.wanted == 1:
+            return PoseResult(q[0], numbers, self)
+        return SeveralSolutions(q[: min(max(int(numbers[lay.FOUND]), 1), int(solutions))], numbers, self)
 
     def solve_many(
         self,
@@ -141,16 +130,16 @@ class PoseSolver:
         progress: Callable[[int, int], None] | None = None,
     ) -> PoseResults:
         """Configurations at many targets; see `Robot.solve_poses`."""
-        packed, _ = self._prepared(
+        options = self._prepared(
             prefer, solutions, effort, position_tolerance, rotation_tolerance, length_scale, apart, rng
-        )
+        ).options
         T, start = as_poses(targets), as_starts(self.rest if q0 is None else q0, self.rest)
         shape = T.shape[:-2]
         check_leading_axes("targets", shape, "q0", start.shape[:-1])
         if start.ndim > 1:
             shape = np.broadcast_shapes(shape, start.shape[:-1])
             T, start = np.broadcast_to(T, (*shape, 4, 4)), np.broadcast_to(start, (*shape, len(self.rest)))
-        pieces = cut(T.reshape(-1, 4, 4), start.reshape(-1, len(self.rest)), packed, int(solutions))
+        pieces = cut(T.reshape(-1, 4, 4), start.reshape(-1, len(self.rest)), options, int(solutions))
         done = run(self, pieces, threads, executor, progress)
         q = np.concatenate([each for each, _ in done]) if done else np.empty((0, int(solutions), len(self.rest)))
         numbers = np.concatenate([each for _, each in done]) if done else np.empty((0, lay.NUMBERS))
@@ -161,26 +150,36 @@ class PoseSolver:
         J = self.chain.jacobians(q, "local_world_aligned")
         return singular_values(J[..., [ROWS.index(row) for row in self.rows], :])
 
-    def _prepared(self, *given: Any) -> tuple[Array, int]:
-        """Options as kernels read them and how many solutions are compared; kept where there is no generator."""
+    def _prepared(self, *given: Any) -> Setup:
+        """Options as kernels read them; kept where there is no generator."""
         rng = given[-1]
         if rng is not None:
             if not isinstance(rng, np.random.Generator):
                 raise InputError(f"rng must be a numpy Generator or None, got {rng!r}")
-            return prepared(given[:-1], int(rng.integers(2**53)))
+            return Setup(self.problem, pack_options(*given[:-1], seed=int(rng.integers(2**53))))
         key = (*given, *map(type, given))  # True is not 1 here
         try:
-            return self._options[key]
+            return self._setups[key]
         except (KeyError, TypeError):
-            made = prepared(given[:-1], 0)
-        if len(self._options) >= MOST_KEPT:
-            self._options.clear()
+            made = Setup(self.problem, pack_options(*given[:-1], seed=0))
+        if len(self._setups) >= MOST_KEPT:
+            self._setups.clear()
         with suppress(TypeError):  # arrays of one number cannot be kept by
-            self._options[key] = made
+            self._setups[key] = made
         return made
 
 
-def prepared(options: tuple[Any, ...], seed: int) -> tuple[Array, int]:
-    """Options as kernels read them, and how many solutions are compared."""
-    packed = pack_options(*options, seed=seed)
-    return packed, int(packed[lay.WANTED])
+class Setup:
+    """What a kernel is told about every target alike.
+
+    Attributes:
+        options: As kernels read them.
+        wanted: How many solutions are compared.
+        address: Of the addresses of all that it reads.
+    """
+
+    def __init__(self, problem: Array, options: Array) -> None:
+        self.options, self.wanted = options, int(options[lay.WANTED])
+        self._problem = problem  # kept alive
+        self._where = np.array([id(np.ndarray), problem.ctypes.data, options.ctypes.data], dtype=np.int64)
+        self.address = int(self._where.ctypes.data)
