@@ -5,35 +5,28 @@ Default reference of Jacobians and Hessians: LOCAL_WORLD_ALIGNED (the tip's poin
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from concurrent.futures import Executor
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
-from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self, Unpack
+from typing import Any, Self
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, readonly
 from robust_ik.description import Description
 from robust_ik.dh import DHTable
-from robust_ik.frame_kinematics import FrameKinematics
 from robust_ik.joints import JointMap
 from robust_ik.model import Kinematics, build_model, joints_to_keep
-from robust_ik.pose_ik import PoseOptions, PoseResult, PoseResults, PoseSolver, wanted_rows
+from robust_ik.pose_inverse import PoseInverse
 from robust_ik.rows import ROWS, checked_rows
 from robust_ik.urdf import parse_urdf, read_urdf
 
-if TYPE_CHECKING:
-    pass
-
 
 @dataclass(frozen=True, eq=False)
-class Robot(FrameKinematics):
+class Robot(PoseInverse):
     """A fixed-base arm or tree whose kinematics are functions of q.
 
-    Configurations are in `configurations`, the kinematics of frames in `frame_kinematics`.
+    Configurations are in `configurations`, kinematics of frames in `frame_kinematics`, their inverse in `pose_inverse`.
 
     Attributes:
         name: What it is called.
@@ -143,89 +136,3 @@ class Robot(FrameKinematics):
     def with_rows(self, rows: Sequence[str]) -> Robot:
         """The same robot with other task rows."""
         return replace(self, rows=checked_rows(rows))
-
-    # ------------------------------------------------------------------------------------------ inverse kinematics
-    @cached_property
-    def _pose_solvers(self) -> dict[tuple[str | None, tuple[str, ...] | None], PoseSolver]:
-        return {}
-
-    @cached_property
-    def _solve_quickly(self) -> Callable[[Any, Any], PoseResult | None]:
-        return self.pose_solver().quickly
-
-    def pose_solver(self, frame: str | None = None, rows: Sequence[str] | None = None) -> PoseSolver:
-        """What `solve_pose` asks, for a loop that asks it often; made once for each frame and rows.
-
-        Args:
-            frame: Link or joint; default the tip.
-            rows: Wanted rows, of x y z wx wy wz; default `self.rows`.
-        """
-        key = (frame, rows if rows is None else tuple(rows))
-        solver = self._pose_solvers.get(key)
-        if solver is None:
-            names = self.rows if rows is None else checked_rows(rows)
-            solver = PoseSolver(self.chain(frame), self.lower, self.upper, self.rest, names)
-            self._pose_solvers[key] = solver
-        return solver
-
-    def solve_pose(
-        self,
-        target: ArrayLike,
-        q0: ArrayLike | None = None,
-        *,
-        frame: str | None = None,
-        rows: Sequence[str] | None = None,
-        **options: Unpack[PoseOptions],
-    ) -> PoseResult:
-        """Inverse kinematics: a configuration inside joint limits whose pose is the target, or is the closest to it.
-
-        Closest is meant in E = ‖Δp‖² + L² ‖Δr‖², in m and rad, over the wanted rows, where L is `length_scale`.
-
-        Args:
-            target: A pose (4, 4), or a position (3,), m; then rotations are free.
-            q0: Where to begin, (nq,); default `self.rest`. Joints outside their limits are moved inside, and joints
-                that do not move the frame stay.
-            frame: Link or joint; default the tip.
-            rows: Wanted rows, of x y z wx wy wz; default `self.rows`. With two of the rotations, the third world axis
-                is one to turn about freely.
-            **options: See `PoseOptions`: what is preferred, how many solutions, how much effort, tolerances.
-
-        Returns:
-            The configuration, a status (solved, closest, out of reach), the error that is left, the work done.
-
-        Raises:
-            InputError: An argument cannot be meant, or more than 16 joints move the frame.
-            FrameNotFoundError: There is no such frame.
-        """
-        if frame is None and rows is None and not options:
-            found = self._solve_quickly(target, q0)
-            if found is not None:
-                return found
-        return self.pose_solver(frame, wanted_rows(target, rows, self.rows)).solve(target, q0, **options)
-
-    def solve_poses(
-        self,
-        targets: ArrayLike,
-        q0: ArrayLike | None = None,
-        *,
-        frame: str | None = None,
-        rows: Sequence[str] | None = None,
-        threads: int = 1,
-        executor: Executor | None = None,
-        progress: Callable[[int, int], None] | None = None,
-        **options: Unpack[PoseOptions],
-    ) -> PoseResults:
-        """`solve_pose` for many targets, with the same bits, several times faster than one by one.
-
-        Args:
-            targets: Poses (..., 4, 4) or positions (..., 3).
-            q0: Where to begin, (..., nq), leading axes broadcast.
-            frame: As for `solve_pose`.
-            rows: As for `solve_pose`.
-            threads: How many to use.
-            executor: Where to do it instead: processes, or a cluster.
-            progress: Called with how many pieces are done and how many there are.
-            **options: As for `solve_pose`.
-        """
-        solver = self.pose_solver(frame, wanted_rows(targets, rows, self.rows, many=True))
-        return solver.solve_many(targets, q0, threads=threads, executor=executor, progress=progress, **options)
