@@ -20,13 +20,14 @@ LEAST_PARAMETER, LARGEST_PARAMETER = 1e-100, 1e100
 RIGID_TOLERANCE = 1e-6
 
 
-def as_array(value: ArrayLike, name: str, shape: tuple[int | None, ...]) -> Array:
+def as_array(value: ArrayLike, name: str, shape: tuple[int | None, ...], *, finite: bool = True) -> Array:
     """A finite float array whose trailing axes have the wanted shape.
 
     Args:
         value: What was given.
         name: What to call it in the message.
         shape: Trailing shape; None stands for any length.
+        finite: False leaves that to something else to check.
 
     Raises:
         InputError: The value is not real numbers, has another shape, or holds NaN or infinity.
@@ -44,7 +45,7 @@ def as_array(value: ArrayLike, name: str, shape: tuple[int | None, ...]) -> Arra
     if not wanted:
         pattern = ", ".join(["...", *("any" if length is None else str(length) for length in shape)])
         raise InputError(f"{name} must have shape ({pattern}), got {array.shape}")
-    if not np.isfinite(array).all():
+    if finite and not np.isfinite(array).all():
         shown = np.array2string(array, threshold=8, precision=4)
         raise InputError(f"{name} must be finite, got NaN or infinity in {shown}")
     return array

@@ -102,7 +102,7 @@ class Stepper:
         if status == UNLIKE:
             return self._converted(q, twist, out, secondary)
         if status:
-            self._refuse(q, twist, out, secondary)
+            self._refuse(q, twist, secondary)
         return out
 
     def steps(
@@ -130,13 +130,17 @@ class Stepper:
             InputError: As for `step`.
         """
         size = self._program
-        q, twists = as_array(q, "q", (size.nq,)), as_array(twists, "twists", (size.m,))
+        unseen = not size.compiled  # compiled code sees by itself what is not finite
+        q, twists = (
+            as_array(each, name, (length,), finite=unseen)
+            for each, name, length in ((q, "q", size.nq), (twists, "twists", size.m))
+        )
         if q.ndim != 2 or q.shape[:1] != twists.shape[:-1]:
             raise InputError(f"q (N, {size.nq}) and twists (N, {size.m}) are needed, got {q.shape} and {twists.shape}")
         if isinstance(threads, bool) or not isinstance(threads, (int, np.integer)) or threads < 1:
             raise InputError(f"threads must be a whole number of at least 1, got {threads!r}")
-        if not size.compiled:
-            self.robot.joint_values(q)  # refuses what is no configuration; compiled code sees it by itself
+        if unseen:
+            self.robot.joint_values(q)  # refuses what is no configuration
         beside = np.empty((0, size.n)) if secondary is None else as_array(secondary, "secondary", (size.n,))
         if secondary is not None and beside.shape != (len(q), size.n):
             raise InputError(f"secondary must have shape ({len(q)}, {size.n}), got {beside.shape}")
@@ -153,8 +157,8 @@ class Stepper:
             others = pool.map(some, parts[1:])
             found = [some(part) for part in parts[:1]] + list(others)
         if any(found):
-            self.robot.joint_values(q)
-            raise InputError(TOO_LARGE)
+            as_array(twists, "twists", (size.m,))
+            self._refuse(q, twists, None if secondary is None else beside)
         return out
 
     def _converted(self, q: ArrayLike, twist: ArrayLike, out: Array, secondary: ArrayLike | None) -> Array:
@@ -172,16 +176,15 @@ class Stepper:
         make = size.step if secondary is None else size.step_beside
         status = make(self._setup, *given, out.view(np.ndarray))
         if status:
-            self._refuse(given[0], given[1], out, secondary)
+            self._refuse(given[0], given[1], secondary)
         return out
 
-    def _refuse(self, q: ArrayLike, twist: ArrayLike, out: Array, secondary: ArrayLike | None) -> NoReturn:
+    def _refuse(self, q: ArrayLike, twist: ArrayLike, secondary: ArrayLike | None) -> NoReturn:
         """Says why a step was not made."""
         self.robot.joint_values(q)
         as_array(twist, "twist", (self._program.m,))
         if secondary is not None:
             as_array(secondary, "secondary", (self._program.n,))
-        _checked_out(out, (self._program.n,))
         raise InputError(TOO_LARGE)
 
 

@@ -9,6 +9,7 @@ Source: NumPy's reference, "Python types and C structures": PyArrayObject and Py
 
 from __future__ import annotations
 
+import ctypes
 from typing import Any
 
 import numpy as np
@@ -29,6 +30,27 @@ ORDER, NUMBER = HEAD + 10, HEAD + 12
 """Of a dtype: its order of bytes, a character, and its number."""
 NATIVE, DOUBLE = ord("="), np.dtype(float).num
 CONTIGUOUS, ALIGNED, WRITEABLE = 0x1, 0x100, 0x400
+
+
+def _expect_arrays() -> None:
+    """Refuses to go on where NumPy keeps arrays otherwise: what is read then would be nonsense."""
+
+    def whole(address: int) -> int:
+        return ctypes.c_int64.from_address(address).value
+
+    def half(address: int) -> int:
+        return ctypes.c_int32.from_address(address).value
+
+    array, flags = np.zeros((3, 5)), CONTIGUOUS | ALIGNED | WRITEABLE
+    at, kind = id(array), id(array.dtype)
+    found = whole(at + CLASS), whole(at + DATA), half(at + AXES), half(at + FLAGS) & flags, whole(at + KIND)
+    good = found == (id(np.ndarray), array.ctypes.data, 2, flags, kind)
+    good = good and (half(kind + NUMBER), ctypes.c_ubyte.from_address(kind + ORDER).value) == (DOUBLE, NATIVE)
+    if not good or (whole(whole(at + SHAPE)), whole(whole(at + SHAPE) + 8)) != (3, 5):
+        raise ImportError(f"NumPy {np.__version__} keeps arrays in memory otherwise than its versions 1 and 2 do")
+
+
+_expect_arrays()
 
 
 @register_model(HandleType)
