@@ -23,7 +23,7 @@ class PoseInverse(FrameKinematics):
     rest: Array
 
     @cached_property
-    def _pose_solvers(self) -> dict[tuple[str | None, tuple[str, ...] | None], PoseSolver]:
+    def _pose_solvers(self) -> dict[tuple[str | None, tuple[str, ...]], PoseSolver]:
         return {}
 
     @cached_property
@@ -37,12 +37,11 @@ class PoseInverse(FrameKinematics):
             frame: Link or joint; default the tip.
             rows: Wanted rows, of x y z wx wy wz; default `self.rows`.
         """
-        key = (frame, rows if rows is None else tuple(rows))
-        solver = self._pose_solvers.get(key)
+        names = self.rows if rows is None else checked_rows(rows)
+        solver = self._pose_solvers.get((frame, names))
         if solver is None:
-            names = self.rows if rows is None else checked_rows(rows)
             solver = PoseSolver(self.chain(frame), self.lower, self.upper, self.rest, names)
-            self._pose_solvers[key] = solver
+            self._pose_solvers[frame, names] = solver
         return solver
 
     def solve_pose(

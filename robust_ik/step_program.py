@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeGuard
+from typing import Any, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from robust_ik.checks import Array, readonly
 from robust_ik.inverses import EDLS, DampedLeastSquares, RobustInverse, SingularValueFilter, Weighted
 from robust_ik.inverses.gain_formula import GainFormula
 from robust_ik.kernels import program as p
-from robust_ik.kernels.program import UNLIKE
+from robust_ik.kernels.program import DONE, TOO_LARGE, UNLIKE
 from robust_ik.linalg import null_projector
 from robust_ik.problem import TaskEquation
 from robust_ik.rows import ROWS
@@ -157,6 +157,12 @@ def _compiled(n: int) -> tuple[Step, Step, Step]:
     return step, beside, steps
 
 
+def is_plain(array: Any, n: int) -> bool:
+    """Whether it is an array of n doubles, one after the other."""
+    good = type(array) is np.ndarray and array.dtype == np.float64 and array.shape == (n,)
+    return good and bool(array.flags.c_contiguous and array.flags.aligned)
+
+
 def _half_compiled(inverse: SingularValueFilter, size: tuple[int, int, int], joints: Array | None) -> tuple[Step, Step]:
     """All but the gains compiled."""
     from robust_ik.kernels import step_entries as entries
@@ -167,9 +173,7 @@ def _half_compiled(inverse: SingularValueFilter, size: tuple[int, int, int], joi
     back = None if joints is None else np.linalg.inv(joints)
 
     def beside(address: int, q: Array, twist: Array, secondary: Array | None, out: Array) -> int:
-        if type(out) is not np.ndarray or out.dtype != float or out.shape != (n,) or not out.flags.c_contiguous:
-            return UNLIKE
-        if secondary is not None and np.shape(secondary) != (n,):
+        if not is_plain(out, n) or not out.flags.writeable or not (secondary is None or is_plain(secondary, n)):
             return UNLIKE
         s, x, Vt = np.empty(k), np.empty(k), np.empty((k, n))
         status = factor(address, q, twist, s, x, Vt)
@@ -182,7 +186,7 @@ def _half_compiled(inverse: SingularValueFilter, size: tuple[int, int, int], joi
                 rest = rest - (v @ rest) * v
             found = found + rest
         out[:] = found if joints is None else joints @ found
-        return 0 if np.isfinite(out).all() else 1
+        return DONE if np.isfinite(out).all() else TOO_LARGE
 
     return lambda address, q, twist, out: beside(address, q, twist, None, out), beside
 
@@ -201,7 +205,7 @@ def _in_python(chain: Chain, inverse: RobustInverse, reference: str, rows: Seque
         if secondary is not None and len(secondary):
             found = found + _beside(J, np.asarray(secondary, dtype=float))
         out[...] = found
-        return 0 if np.isfinite(out).all() else 1
+        return DONE if np.isfinite(out).all() else TOO_LARGE
 
     def _beside(J: Array, secondary: Array) -> Array:
         if not isinstance(inverse, Weighted):

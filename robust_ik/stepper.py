@@ -13,7 +13,7 @@ from robust_ik.checks import Array, as_array
 from robust_ik.errors import InputError
 from robust_ik.frame_kinematics import Reference
 from robust_ik.inverses import DampedLeastSquares, RobustInverse
-from robust_ik.kernels.program import UNLIKE
+from robust_ik.kernels.program import TOO_LARGE, UNLIKE
 from robust_ik.robot import Robot
 from robust_ik.rows import checked_rows
 from robust_ik.step_program import Program
@@ -102,7 +102,7 @@ class Stepper:
         if status == UNLIKE:
             return self._converted(q, twist, out, secondary)
         if status:
-            self._refuse(q, twist, secondary)
+            self._refuse(status, q, twist, secondary)
         return out
 
     def steps(
@@ -114,7 +114,7 @@ class Stepper:
         *,
         threads: int = 1,
     ) -> Array:
-        """Many independent steps, the same bits as one by one.
+        """Many independent steps: the same bits as one by one where they are compiled, else the same to rounding.
 
         Args:
             q: Configurations, (N, nq).
@@ -157,8 +157,9 @@ class Stepper:
             others = pool.map(some, parts[1:])
             found = [some(part) for part in parts[:1]] + list(others)
         if any(found):
-            as_array(twists, "twists", (size.m,))
-            self._refuse(q, twists, None if secondary is None else beside)
+            if TOO_LARGE not in found:
+                as_array(twists, "twists", (size.m,))
+            self._refuse(max(found), q, twists, None if secondary is None else beside)
         return out
 
     def _converted(self, q: ArrayLike, twist: ArrayLike, out: Array, secondary: ArrayLike | None) -> Array:
@@ -176,19 +177,20 @@ class Stepper:
         make = size.step if secondary is None else size.step_beside
         status = make(self._setup, *given, out.view(np.ndarray))
         if status:
-            self._refuse(given[0], given[1], secondary)
+            self._refuse(status, given[0], given[1], secondary)
         return out
 
-    def _refuse(self, q: ArrayLike, twist: ArrayLike, secondary: ArrayLike | None) -> NoReturn:
+    def _refuse(self, status: int, q: ArrayLike, twist: ArrayLike, secondary: ArrayLike | None) -> NoReturn:
         """Says why a step was not made."""
-        self.robot.joint_values(q)
-        as_array(twist, "twist", (self._program.m,))
-        if secondary is not None:
+        if status != TOO_LARGE:  # else these may have been written over
+            self.robot.joint_values(q)
+            as_array(twist, "twist", (self._program.m,))
+        elif secondary is not None:
             as_array(secondary, "secondary", (self._program.n,))
-        raise InputError(TOO_LARGE)
+        raise InputError(NO_NUMBERS)
 
 
-TOO_LARGE = "the joint velocities are too large to be numbers; out has no meaning"
+NO_NUMBERS = "the joint velocities are too large to be numbers; out has no meaning"
 
 
 def _unlike(*_: Any) -> int:
@@ -204,7 +206,7 @@ def _again(
 
 def _checked_out(out: Array, shape: tuple[int, ...]) -> Array:
     good = isinstance(out, np.ndarray) and out.dtype == np.float64 and out.shape == shape
-    if not (good and out.flags.c_contiguous and out.flags.writeable):
+    if not (good and out.flags.carray):
         what = f"{out.dtype} of shape {out.shape}" if isinstance(out, np.ndarray) else repr(out)
-        raise InputError(f"out must be a writable, contiguous array of doubles of shape {shape}, got {what}")
+        raise InputError(f"out must be a writable, contiguous, aligned array of doubles of shape {shape}, got {what}")
     return out

@@ -10,7 +10,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import robust_ik as rik
-from robust_ik import PoseStatus
+from robust_ik import PoseSolver, PoseStatus
 from robust_ik.reach import find_reach
 from robust_ik.sweeping import process_pool
 from robust_ik.tasks.pose_error import error_in_rows, pose_error
@@ -485,6 +485,7 @@ def test_options_that_cannot_be_meant_are_refused():
         ({"prefer": "best"}, "nearest, any, limits, singularity, got 'best'"),
         ({"prefer": ["any"]}, "nearest, any"),
         ({"effort": "some"}, "normal, thorough, got 'some'"),
+        ({"effort": np.array(["normal", "some"])}, "normal, thorough, got array"),
         ({"solutions": 0}, "1 to 64, got 0"),
         ({"solutions": 2.0}, "1 to 64, got 2.0"),
         ({"position_tolerance": 0}, "position_tolerance"),
@@ -492,11 +493,14 @@ def test_options_that_cannot_be_meant_are_refused():
         ({"length_scale": -1}, "length_scale"),
         ({"apart": 0}, "apart"),
         ({"rows": ("x", "q")}, "rows"),
+        ({"rows": 5}, "rows"),
     ):
         with pytest.raises(rik.InputError, match=words):
             robot.solve_pose(T, **options)
     with pytest.raises(rik.InputError, match="rows of a position"):
         robot.solve_pose([0, 0, 1.0], rows=("x", "wx"))
+    with pytest.raises(rik.InputError, match="target must be an array of real numbers"):
+        robot.solve_pose([[1], [2, 3]])
     with pytest.raises(rik.InputError, match="threads"):
         robot.solve_poses(T[None], threads=0)
     with pytest.raises(rik.FrameNotFoundError, match="there"):
@@ -556,3 +560,55 @@ def test_options_are_checked_whatever_was_asked_before():
     robot.solve_pose(T, solutions=1)
     with pytest.raises(rik.InputError, match="solutions"):
         robot.solve_pose(T, solutions=True)
+
+
+def test_a_solver_with_other_limits_is_another_solver(rng):
+    robot = arm("panda")
+    solver = PoseSolver(robot.chain(), robot.lower, robot.upper, robot.rest, robot.rows)
+    q, q0 = robot.random(rng), robot.random(rng)
+    T = robot.pose(q)
+    solver.solve(T, q0)
+    lower = robot.lower.copy()
+    lower[3] = -0.6
+    for other in (
+        replace(solver, lower=lower),
+        replace(solver, rows=("x", "y", "z")),
+        replace(solver, upper=lower + 1),
+    ):
+        fresh = PoseSolver(other.chain, other.lower, other.upper, other.rest, other.rows)
+        assert_array_equal(other.solve(T, q0).q, fresh.solve(T, q0).q)
+        assert_array_equal(other.solve(T, q0).q, other.quickly(T, q0).q)
+    assert_array_equal(solver.solve(T, q0).q, robot.solve_pose(T, q0).q)
+
+
+@pytest.mark.parametrize("name", ("ur5", "panda", "kinova"))
+def test_what_is_said_to_be_solved_is_however_far_away_q0_is(name, rng):
+    robot = arm(name)
+    T = targets(robot, rng, 40)
+    for size in (1e3, 1e6, 1e9):
+        q0 = robot.configuration(rng.uniform(-size, size, (len(T), robot.n)))
+        found = robot.solve_poses(T, q0=q0)
+        for q, target, solved in zip(found.q, T, found.solved):
+            assert inside(robot, q)
+            assert not solved or max(misses(robot, q, target)) < 1.01e-8
+
+
+def test_near_the_boundary_solutions_are_found_and_the_closest_is_closest(rng):
+    # Poses at stretched arms, moved in or out a little.
+    overs = []
+    for name, pins in (("panda", {3: -0.4670023, 4: 0.0}), ("talos_arm", {3: -0.001}), ("pa10", {3: 0.0})):
+        robot = arm(name)
+        q = robot.random(rng, 60)
+        for joint, value in pins.items():
+            q[:, joint] = value
+        T = robot.pose(q)
+        T[:, :3, 3] += rng.choice([0.0, 1e-9, 1e-6, 1e-4], (60, 1)) * rng.normal(size=(60, 3))
+        found = robot.solve_poses(T, q0=robot.random(rng, 60))
+        again = robot.solve_poses(T, q0=q, effort="thorough")
+        E, best = ((each.error**2).sum(axis=-1) for each in (found, again))
+        assert (found.solved | ~again.solved).all()
+        overs.append(E[~again.solved] / best[~again.solved])
+    over = np.concatenate(overs)
+    assert len(over) > 5
+    assert np.median(over) < 1.01
+    assert (over < 10).mean() > 0.9

@@ -13,9 +13,9 @@ import math
 from robust_ik.kernels import pose_layout as lay
 from robust_ik.kernels import pose_memory as mem
 from robust_ik.kernels.compiling import called
-from robust_ik.kernels.pose_boundary import press, pressable
-from robust_ik.kernels.pose_memory import keep, launch, polish_kept, polish_one, record
-from robust_ik.kernels.pose_polish import ROOM, SIX, TWELVE, look, reached
+from robust_ik.kernels.pose_boundary import pressable
+from robust_ik.kernels.pose_memory import keep, launch, polish_kept, polish_one, press_one, record
+from robust_ik.kernels.pose_polish import ROOM, SIX, TWELVE, look
 from robust_ik.kernels.pose_rank import arrange, unwind, write_configuration
 from robust_ik.kernels.pose_target import unreachable
 from robust_ik.kernels.stack import ONE, Pointer, further, stack
@@ -25,7 +25,7 @@ FIRST_WINDOW, FIRST_RATIO, SLOW_RATIO = 3, 0.5, 0.9
 LONGEST = 100
 """Steps of one start at the most."""
 NEARLY = 1e-4
-"""E below which a start that is given up may be near a solution on the boundary."""
+"""E below which a start that is given up may be near a solution on the boundary; after EARLY starts it is polished."""
 EARLY, LATER, LAST, THOROUGH = 12, 48, 400, 120
 """Starts after which the best are polished; there are no more than LAST without a solution, or THOROUGH where each is
 polished."""
@@ -76,19 +76,18 @@ def decide(
     edge = memory[mem.EDGE] > 0.0
     if not there and not edge and not given_up(memory, E):
         return 1
-    pressed = edge or (E < NEARLY and options[lay.THOROUGH] == 0.0 and pressable(problem))
-    if not there and pressed:
-        error = stack(0.0, ONE, TWELVE)
-        memory[mem.TOTAL] += press(problem, options, values, further(memory, mem.AIM), edge, error)
-        there, p, r = reached(options, error), error[6], error[7]
-        if edge:
-            memory[mem.EDGED] += 1.0
+    thorough = options[lay.THOROUGH] > 0.0
     if there:
         record(problem, options, memory, values, p, r, found)
-    elif options[lay.THOROUGH] > 0.0 or (E < NEARLY and not pressed):
-        polish_one(problem, options, memory, values, found)
-    elif memory[mem.SOLUTIONS] == 0.0 and not edge:
-        keep(problem, options, memory, values, E)
+    elif edge or thorough or E < NEARLY:
+        there = press_one(problem, options, memory, values, edge, found)
+    if edge:
+        memory[mem.EDGED] += 1.0
+    if not there:
+        if thorough or (E < NEARLY and (memory[mem.START] >= EARLY or not pressable(problem))):
+            polish_one(problem, options, memory, values, found)
+        elif memory[mem.SOLUTIONS] == 0.0 and not edge:
+            keep(problem, options, memory, values, E)
     if not edge:
         memory[mem.START] += 1.0
     if (there or not edge) and over(problem, options, memory, found):

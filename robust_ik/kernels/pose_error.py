@@ -15,7 +15,7 @@ OPPOSITE = -0.9999995
 """Cosine of an angle, π − 0.001, from which on its axis is read off the symmetric part of a rotation."""
 LEAST = 1e-150
 CLOSE = 0.9995
-"""Cosine of an angle, 0.03, up to which a series gives the last bits."""
+"""Cosine of an angle, 0.0316, up to which a series gives the last bits."""
 C1, C2, C3, C4, C5 = 1 / 6, 3 / 40, 5 / 112, 35 / 1152, 63 / 2816
 P0, P1, P2 = -8.750608600031904122785e-1, -1.615753718733365076637e1, -7.500855792314704667340e1
 P3, P4 = -1.228866684490136173410e2, -6.485021904942025371773e1
@@ -118,7 +118,8 @@ def _rotation(target: Pointer, end: Pointer, error: Pointer, zero: Number) -> No
         far = where(some, angle(sine, cosine) / where(some, sine, zero + 1.0), zero + 1.0)
         factor = where(cosine > CLOSE, factor, far)
     error[3], error[4], error[5] = factor * x, factor * y, factor * z
-    error[8] = 0.5 * factor * (1.0 + cosine)
+    half = 0.5 * factor * (1.0 + cosine)
+    error[8] = where(half > 1.0, zero + 1.0, where(half > 0.0, half, zero))
     if somewhere(cosine < OPPOSITE):
         L = lanes_of(zero)
         for lane in range(L):

@@ -92,21 +92,31 @@ def keep(problem: Pointer, options: Pointer, memory: Pointer, values: Pointer, E
 
 @called
 def polish_kept(problem: Pointer, options: Pointer, memory: Pointer, found: Pointer) -> None:
-    """Polishes what was kept."""
+    """Polishes what was kept, or finds a solution on the boundary from there."""
     for i in range(int(memory[KEPT])):
-        polish_one(problem, options, memory, further(memory, KEPT_VALUES + 16 * i), found)
+        values = further(memory, KEPT_VALUES + 16 * i)
+        if not press_one(problem, options, memory, values, False, found):
+            polish_one(problem, options, memory, values, found)
     memory[KEPT] = 0.0
+
+
+@called
+def press_one(problem: Pointer, options: Pointer, memory: Pointer, values: Pointer, edge: bool, found: Pointer) -> bool:
+    """Looks for a solution on the boundary from one configuration, and remembers it; whether there is one."""
+    if not pressable(problem):
+        return False
+    error = stack(0.0, ONE, TWELVE)
+    memory[TOTAL] += press(problem, options, values, further(memory, AIM), edge, error)
+    if reached(options, error):
+        record(problem, options, memory, values, error[6], error[7], found)
+        return True
+    return False
 
 
 @called
 def polish_one(problem: Pointer, options: Pointer, memory: Pointer, values: Pointer, found: Pointer) -> None:
     """Polishes one configuration and remembers it if it is the closest, or a solution."""
     error, scale = stack(0.0, ONE, TWELVE), options[lay.SCALE]
-    if pressable(problem):
-        memory[TOTAL] += press(problem, options, values, further(memory, AIM), False, error)
-        if reached(options, error):
-            record(problem, options, memory, values, error[6], error[7], found)
-            return
     memory[TOTAL] += polish(problem, options, values, further(memory, AIM), error)
     E = error[6] + scale * scale * error[7]
     if reached(options, error):

@@ -15,6 +15,9 @@ from robust_ik.kernels import pose_layout as lay
 from robust_ik.kernels.compiling import called, inlined
 from robust_ik.kernels.stack import Pointer
 
+FARTHEST = 1e6
+"""Angles are not taken nearer to others beyond this, rad, where they would lose digits."""
+
 
 @inlined
 def random(seed: int, number: int) -> float:
@@ -42,6 +45,7 @@ def within(problem: Pointer, j: int, value: float, near: float) -> float:
     low, high = problem[at + lay.LOWER], problem[at + lay.UPPER]
     if problem[at + lay.PERIODIC] > 0.0:
         whole = 2.0 * math.pi
+        near = min(max(near, -FARTHEST, low - whole), FARTHEST, high + whole)
         value += whole * math.floor((near - value) / whole + 0.5)
         if value < low:
             value += whole * math.ceil((low - value) / whole)

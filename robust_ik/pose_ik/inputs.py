@@ -26,7 +26,10 @@ def wanted_rows(
     Raises:
         InputError: Rotations are wanted of a position.
     """
-    shape = np.shape(target)
+    try:
+        shape = np.shape(target)
+    except ValueError:  # ragged, which is refused later
+        return rows
     if (shape != (3,) and not many) or shape[-1:] != (3,):
         return rows
     if rows is None:

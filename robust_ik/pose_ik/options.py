@@ -74,7 +74,7 @@ def pack_options(
     """
     if not isinstance(prefer, str) or prefer not in PREFERENCES:
         raise InputError(f"prefer must be one of {', '.join(PREFERENCES)}, got {prefer!r}")
-    if effort not in EFFORTS:
+    if not isinstance(effort, str) or effort not in EFFORTS:
         raise InputError(f"effort must be one of {', '.join(EFFORTS)}, got {effort!r}")
     whole = isinstance(solutions, (int, np.integer)) and not isinstance(solutions, bool)
     if not whole or not 1 <= solutions <= lay.MOST_FOUND:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import Executor
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -53,7 +53,6 @@ class PoseSolver:
     upper: Array
     rest: Array
     rows: tuple[str, ...]
-    _setups: dict[Any, Setup] = field(default_factory=dict, repr=False)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (self.chain, self.lower, self.upper, self.rest, self.rows)
@@ -62,6 +61,10 @@ class PoseSolver:
     def problem(self) -> Array:
         """What kernels read, with the table of starts."""
         return pack(self.chain, self.lower, self.upper, self.rows)
+
+    @cached_property
+    def _setups(self) -> dict[Any, Setup]:
+        return {}
 
     @cached_property
     def _kernel(self) -> Callable[..., Any]:
