@@ -202,27 +202,3 @@ def folded(typing_context: Any, value: Any) -> Any:
         return builder.extract_element(part, ir.Constant(index, 0))
 
     return types.float64(value), codegen
-
-
-@intrinsic
-def four(typing_context: Any, a: Any, b: Any, c: Any) -> Any:
-    """Three numbers and a zero side by side."""
-
-    def codegen(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        made = ir.Constant(FOUR.vector, [0.0] * 4)
-        for lane, value in enumerate(values):
-            made = builder.insert_element(made, value, ir.Constant(ir.IntType(32), lane))
-        return made
-
-    return FOUR(types.float64, types.float64, types.float64), codegen
-
-
-@intrinsic
-def three_of(typing_context: Any, lanes: Any) -> Any:
-    """The first three numbers."""
-
-    def codegen(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        entries = [builder.extract_element(values[0], ir.Constant(ir.IntType(32), lane)) for lane in range(3)]
-        return context.make_tuple(builder, signature.return_type, entries)
-
-    return types.UniTuple(types.float64, 3)(lanes), codegen

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import Any
-
-from numba.extending import overload
 
 from robust_ik.kernels.compiling import inlined
-from robust_ik.kernels.lanes import LANES, Number, four, three_of
+from robust_ik.kernels.lanes import Number
 from robust_ik.kernels.packing import (
     CIRCLING,
     COLUMN,
@@ -26,6 +23,7 @@ from robust_ik.kernels.packing import (
 )  # fmt: skip
 from robust_ik.kernels.stack import Pointer
 from robust_ik.kernels.turning import cosines_and_sines, near
+from robust_ik.kernels.vectors import mixed, plus, three_of, turned, vector
 
 LOCAL_WORLD_ALIGNED, LOCAL, WORLD = 0, 1, 2
 
@@ -53,6 +51,7 @@ def read_circles(pack: Pointer, q: Pointer, cosines: Pointer, sines: Pointer, la
             cosines[i * lanes + lane], sines[i * lanes + lane] = q[place], q[place + 1]
 
 
+@inlined
 def move(
     pack: Pointer, motions: Pointer, cosines: Pointer, sines: Pointer, axes: Pointer, end: Pointer, zero: Number
 ) -> None:
@@ -67,84 +66,30 @@ def move(
         end: Filled with the frame's rotation, row by row, and its origin, 12 numbers.
         zero: 0, one or eight.
     """
-    raise NotImplementedError
-
-
-@overload(move, strict=False, inline="always")
-def _move(pack: Any, motions: Any, cosines: Any, sines: Any, axes: Any, end: Any, zero: Any) -> Any:
-    return _move_eight if zero == LANES else _move_one
-
-
-def _move_one(
-    pack: Pointer, motions: Pointer, cosines: Pointer, sines: Pointer, axes: Pointer, end: Pointer, zero: float
-) -> None:
-    """For one configuration: the rows of a rotation go through the same arithmetic side by side."""
-    u, v, w, p = four(1.0, 0.0, 0.0), four(0.0, 1.0, 0.0), four(0.0, 0.0, 1.0), four(0.0, 0.0, 0.0)
+    one = zero + 1.0
+    u, v, w, p = vector(one, zero, zero), vector(zero, one, zero), vector(zero, zero, one), vector(zero, zero, zero)
     count = int(pack[JOINTS])
     for i in range(count + 1):
         at = HEAD + i * STRIDE
         r = at + ROTATION
         o = at + ORIGIN
-        p = p + (u * pack[o] + v * pack[o + 1] + w * pack[o + 2])
-        x = u * pack[r] + v * pack[r + 3] + w * pack[r + 6]
-        y = u * pack[r + 1] + v * pack[r + 4] + w * pack[r + 7]
-        w = u * pack[r + 2] + v * pack[r + 5] + w * pack[r + 8]
+        p = plus(p, mixed(u, pack[o], v, pack[o + 1], w, pack[o + 2]), 1.0)
+        x = mixed(u, pack[r], v, pack[r + 3], w, pack[r + 6])
+        y = mixed(u, pack[r + 1], v, pack[r + 4], w, pack[r + 7])
+        w = mixed(u, pack[r + 2], v, pack[r + 5], w, pack[r + 8])
         u, v = x, y
         if i < count:
             axes[6 * i], axes[6 * i + 1], axes[6 * i + 2] = three_of(w)
             axes[6 * i + 3], axes[6 * i + 4], axes[6 * i + 5] = three_of(p)
             kind = pack[at + KIND]
             if kind == SLIDING or kind == SLIDING + FOLLOWING:
-                p = p + motions[i] * w
+                p = plus(p, w, motions[i])
             else:
-                c, s = cosines[i], sines[i]
-                u, v = c * u + s * v, c * v - s * u
+                u, v = turned(u, v, cosines[i], sines[i])
     end[0], end[3], end[6] = three_of(u)
     end[1], end[4], end[7] = three_of(v)
     end[2], end[5], end[8] = three_of(w)
     end[9], end[10], end[11] = three_of(p)
-
-
-def _move_eight(
-    pack: Pointer, motions: Pointer, cosines: Pointer, sines: Pointer, axes: Pointer, end: Pointer, zero: Number
-) -> None:
-    """For eight configurations."""
-    a0, a1, a2 = zero + 1.0, zero, zero
-    b0, b1, b2 = zero, zero + 1.0, zero
-    c0, c1, c2 = zero, zero, zero + 1.0
-    x, y, z = zero, zero, zero
-    count = int(pack[JOINTS])
-    for i in range(count + 1):
-        at = HEAD + i * STRIDE
-        r = at + ROTATION
-        o = at + ORIGIN
-        x = x + (a0 * pack[o] + a1 * pack[o + 1] + a2 * pack[o + 2])
-        y = y + (b0 * pack[o] + b1 * pack[o + 1] + b2 * pack[o + 2])
-        z = z + (c0 * pack[o] + c1 * pack[o + 1] + c2 * pack[o + 2])
-        p0 = a0 * pack[r] + a1 * pack[r + 3] + a2 * pack[r + 6]
-        p1 = a0 * pack[r + 1] + a1 * pack[r + 4] + a2 * pack[r + 7]
-        a2 = a0 * pack[r + 2] + a1 * pack[r + 5] + a2 * pack[r + 8]
-        q0 = b0 * pack[r] + b1 * pack[r + 3] + b2 * pack[r + 6]
-        q1 = b0 * pack[r + 1] + b1 * pack[r + 4] + b2 * pack[r + 7]
-        b2 = b0 * pack[r + 2] + b1 * pack[r + 5] + b2 * pack[r + 8]
-        s0 = c0 * pack[r] + c1 * pack[r + 3] + c2 * pack[r + 6]
-        s1 = c0 * pack[r + 1] + c1 * pack[r + 4] + c2 * pack[r + 7]
-        c2 = c0 * pack[r + 2] + c1 * pack[r + 5] + c2 * pack[r + 8]
-        a0, a1, b0, b1, c0, c1 = p0, p1, q0, q1, s0, s1
-        if i < count:
-            axes[6 * i], axes[6 * i + 1], axes[6 * i + 2] = a2, b2, c2
-            axes[6 * i + 3], axes[6 * i + 4], axes[6 * i + 5] = x, y, z
-            kind = pack[at + KIND]
-            if kind == SLIDING or kind == SLIDING + FOLLOWING:
-                d = motions[i]
-                x, y, z = x + d * a2, y + d * b2, z + d * c2
-            else:
-                c, s = cosines[i], sines[i]
-                a0, a1 = c * a0 + s * a1, c * a1 - s * a0
-                b0, b1 = c * b0 + s * b1, c * b1 - s * b0
-                c0, c1 = c * c0 + s * c1, c * c1 - s * c0
-    end[0], end[1], end[2], end[3], end[4], end[5] = a0, a1, a2, b0, b1, b2
-    end[6], end[7], end[8], end[9], end[10], end[11] = c0, c1, c2, x, y, z
 
 
 @inlined
