@@ -70,8 +70,8 @@ def describe_normal(problem: Pointer, pose: Pointer, push: Pointer, normal: Poin
     Args:
         problem: See `pose_layout`.
         pose: Rotation, row by row, and position.
-        push: Of a position and of a rotation, 6 numbers, such that neither the first nor the last joint feels it.
-        normal: Filled, 5 numbers.
+        push: Of a position and of a rotation, world axes, 6 numbers, that neither the first nor the last joint feels.
+        normal: Filled, 5 numbers: towards larger radius and height, and along the change of the axis.
     """
     pack = further(problem, int(problem[lay.CHAIN]))
     last = links.HEAD + int(pack[links.JOINTS]) * links.STRIDE
