@@ -6,6 +6,7 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
@@ -612,3 +613,17 @@ def test_near_the_boundary_solutions_are_found_and_the_closest_is_closest(rng):
     assert len(over) > 5
     assert np.median(over) < 1.01
     assert (over < 10).mean() > 0.9
+
+
+def test_the_angle_of_a_rotation_is_right_from_nothing_to_half_a_turn(rng):
+    robot = arm("panda")
+    q0 = robot.random(rng)
+    for theta in (*np.geomspace(1e-9, 3.1, 60), *np.linspace(0.031, 0.0323, 40), np.pi - 1e-9):
+        axis = rng.normal(size=3)
+        T = robot.pose(q0)
+        T[:3, :3] = pin.exp3(theta * axis / np.linalg.norm(axis)) @ T[:3, :3]
+        loose = {"position_tolerance": 1.0, "rotation_tolerance": 10.0}  # so that q0 is taken as it is
+        one, many = robot.solve_pose(T, q0, **loose), robot.solve_poses(T[None], q0, **loose)
+        assert_array_equal(one.q, q0)
+        assert_allclose(one.error, (0.0, theta), rtol=1e-12, atol=3e-15)
+        assert_array_equal(one.error, many.error[0])
