@@ -8,7 +8,7 @@ from timeit import repeat
 import numpy as np
 
 import robust_ik as rik
-from benchmarks.claims.claim import Claim
+from benchmarks.claims.claim import TypedClaim as Claim
 from robust_ik import evaluation
 from robust_ik.checks import Array
 from robust_ik.scenarios import reach_points

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 import robust_ik as rik
-from benchmarks.claims.claim import Claim
+from benchmarks.claims.claim import TypedClaim as Claim
 from robust_ik.scenario import Scenario
 from robust_ik.scenarios import load_scenario
 

@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 
 import robust_ik as rik
-from benchmarks.claims.claim import Claim
+from benchmarks.claims.claim import TypedClaim as Claim
 from robust_ik.checks import Array
 from robust_ik.scenarios import load_scenario
 from robust_ik.stability import decrease_matrix

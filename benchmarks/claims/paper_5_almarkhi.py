@@ -26,7 +26,7 @@ from benchmarks.claims.almarkhi import (
     lost_by_figure_6,
     starts,
 )
-from benchmarks.claims.claim import Claim
+from benchmarks.claims.claim import TypedClaim as Claim
 from robust_ik.catalog import find
 from robust_ik.singularities.descent import Search, project
 from robust_ik.singularities.finder import find_points
