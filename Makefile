@@ -5,7 +5,7 @@ PY := $(VENV)/bin/python
 PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11 python; do \
 	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' >/dev/null 2>&1 && { echo $$p; break; }; done)
 
-.PHONY: demo test soak notebooks check wheel clean
+.PHONY: demo test soak attack notebooks check wheel clean
 
 demo: $(VENV)/.ready
 	$(VENV)/bin/robust-ik demo --output out/demo.html
@@ -15,6 +15,9 @@ test: $(VENV)/.ready
 
 soak: $(VENV)/.ready
 	$(PY) -m tests.soak
+
+attack: $(VENV)/.ready
+	$(PY) -m tests.attack
 
 # Every notebook run, and kept as a page without scripts.
 notebooks: $(VENV)/.ready
