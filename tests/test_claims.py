@@ -67,6 +67,11 @@ def test_a_decimal_number_in_a_text_must_be_measured(typed):
         replace(LESS, why=typed)
 
 
+def test_a_text_does_not_end_its_cell():
+    with pytest.raises(ValueError, match="would end its cell"):
+        replace(LESS, why="|z| is less")
+
+
 def test_numbers_that_turn_a_condition_round_are_found_if_there_are_any():
     assert LESS.opposite().verdict == "wrong"
     assert with_numbers(LESS, kim=20.0).opposite().verdict == "holds"

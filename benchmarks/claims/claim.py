@@ -62,6 +62,8 @@ class Claim:
         for template in (self.says, self.why):
             if typed := TYPED.search("".join(text for text, *_ in Formatter().parse(template))):
                 raise ValueError(f"{self.what}: {typed[0]}… is typed in {template!r}: it must be one of the numbers")
+        if "|" in "".join(self.row):
+            raise ValueError(f"{self.what}: a vertical bar would end its cell of the table")
 
     @property
     def ours(self) -> str:
