@@ -5,13 +5,21 @@ PY := $(VENV)/bin/python
 PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11 python; do \
 	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' >/dev/null 2>&1 && { echo $$p; break; }; done)
 
-.PHONY: demo test soak attack notebooks check wheel clean
+.PHONY: demo test test-quick test-everywhere soak attack notebooks check wheel clean
 
 demo: $(VENV)/.ready
 	$(VENV)/bin/robust-ik demo --output out/demo.html
 
 test: $(VENV)/.ready
 	$(PY) -m pytest -n auto
+
+# For people at work: under two minutes on two idle cores.
+test-quick: $(VENV)/.ready
+	$(PY) -m pytest -n auto --quick tests
+
+# As if on other machines: other routines of BLAS, NumPy and C, other compiled code, starts moved, load on all cores.
+test-everywhere: $(VENV)/.ready
+	$(PY) -m tests.everywhere
 
 soak: $(VENV)/.ready
 	$(PY) -m tests.soak

@@ -1,15 +1,70 @@
 """What every test may use."""
 
+import os
+from collections import Counter
+
 import numpy as np
 import pytest
 from hypothesis import settings
 
+from robust_ik import newton_steps, simulation
+
 # The same examples in every run: a failure is then a change's, and shows again.
 settings.register_profile("repeatable", derandomize=True, deadline=None)
 settings.load_profile("repeatable")
+
+MOVED_STARTS = "ROBUST_IK_MOVED_STARTS"
+"""The variable that says by how much, in rad or m, runs start beside where they should: what holds must hold there."""
+
+
+QUICK = 2
+"""How many sets of parameters of a test are run at --quick."""
+
+
+def pytest_addoption(parser):
+    parser.addoption("--quick", action="store_true", help="no slow tests, and of each test the first parameters only")
+
+
+def pytest_collection_modifyitems(config, items):
+    """At --quick, drops what is marked slow, the notebooks, and all but the first parameters of each test."""
+    if not config.getoption("--quick"):
+        return
+    seen, kept = Counter(), []
+    for item in items:
+        name = item.nodeid.partition("[")[0]
+        if not item.get_closest_marker("slow") and item.path.suffix == ".py" and seen[name] < QUICK:
+            kept.append(item)
+        seen[name] += 1
+    config.hook.pytest_deselected(items=[item for item in items if item not in set(kept)])
+    items[:] = kept
 
 
 @pytest.fixture
 def rng():
     """The same random numbers for every run of a test."""
     return np.random.default_rng(20260)
+
+
+@pytest.fixture(autouse=True)
+def _moved_starts(request, monkeypatch):
+    """Moves the starts of simulations and iterations, unless a test says that it is about the exact one."""
+    size = float(os.environ.get(MOVED_STARTS, "0"))
+    if size and not request.node.get_closest_marker("exact_start"):
+        move_starts(monkeypatch, size)
+
+
+def move_starts(monkeypatch, size):
+    run, vector = simulation._run, newton_steps._vector
+
+    def aside(length):
+        return size * np.random.default_rng(1).normal(size=length)
+
+    def moved_run(controller, motion, q, *rest):
+        return run(controller, motion, controller.robot.integrate(q, aside(controller.robot.n)), *rest)
+
+    def moved_vector(values, name, *rest):
+        found = vector(values, name, *rest)
+        return found + aside(found.size) if name == "q0" else found
+
+    monkeypatch.setattr(simulation, "_run", moved_run)
+    monkeypatch.setattr(newton_steps, "_vector", moved_vector)

@@ -19,6 +19,7 @@ import robust_ik as rik
 from robust_ik.certificates import CertificateError, Proof, certify, check, leaves, word
 from robust_ik.certificates.cases import Form, Node, Source, State
 from robust_ik.certificates.certify import _in_a_process, certify_exact, plain_arm
+from robust_ik.certificates.effort import Effort
 from robust_ik.certificates.exact_model import ExactArm, exact_arm, half_angle
 from robust_ik.certificates.rational import turn
 from robust_ik.certificates.reading import Place
@@ -49,6 +50,10 @@ PROVED = {
 SHIFTS = tuple(Fraction(*pair) for pair in ((6, 11), (-3, 7), (5, 9), (2, 3), (-1, 4), (7, 5), (1, 2)))
 
 
+PATIENCE = 3600.0
+"""Seconds; what is proved is bounded by steps, however slow or busy the machine."""
+HANGING = 120.0
+"""Seconds of work that a few seconds' work never takes."""
 XYZ = ("x", "y", "z")
 
 
@@ -59,7 +64,7 @@ def robot(name: str) -> rik.Robot:
 
 @cache
 def proof(name: str, corank: int) -> Proof:
-    return certify(robot(name), corank)
+    return certify(robot(name), corank, time_limit=PATIENCE)
 
 
 def places(name: str, corank: int) -> list[Place]:
@@ -76,11 +81,12 @@ def test_it_is_proved_checked_and_has_the_known_number_of_leaves(name, corank):
     assert word(found, verdict) == "certified"
 
 
-def test_pa10_is_proved_and_checked_in_under_five_seconds_of_work():
-    robot("pa10")
-    start = time.process_time()
-    assert all(check(certify(robot("pa10"), corank).to_json()).accepted for corank in (1, 2, 3, 4))
-    assert time.process_time() - start < 5.0
+def test_every_corank_of_pa10_together_is_proved_in_the_steps_that_one_search_may_take(monkeypatch):
+    spent, spend = [], Effort.spend
+    monkeypatch.setattr(Effort, "spend", lambda effort, steps: spent.append(steps) or spend(effort, steps))
+    proofs = [certify(robot("pa10"), corank, time_limit=PATIENCE, thorough=False) for corank in (1, 2, 3, 4)]
+    assert 0 < sum(spent) < Effort.quick(7).steps
+    assert all(check(each.to_json()).accepted for each in proofs)
 
 
 def test_the_dimensions_of_pa10_are_those_of_the_paper():
@@ -153,7 +159,7 @@ OTHER_ROWS = [
 @pytest.mark.parametrize("name, rows, corank, status", OTHER_ROWS)
 def test_other_rows_and_short_arms_are_proved_or_honestly_not(name, rows, corank, status):
     arm = robot(name).with_rows(ROWS[rows])
-    found = certify(arm, corank, thorough=False)
+    found = certify(arm, corank, thorough=False, time_limit=PATIENCE)
     verdict = check(found)
     assert found.status in status
     assert (verdict.accepted, verdict.implicit) == (found.status == "proved", found.status == "implicit")
@@ -405,7 +411,7 @@ QUICK = """
 import sys, robust_ik as rik
 from robust_ik.certificates import certify
 for name, corank in (("panda", 1), ("ur5", 2), ("b1_z1", 1)):
-    sys.stdout.write(certify(rik.load(name), corank, thorough=False).to_json())
+    sys.stdout.write(certify(rik.load(name), corank, thorough=False, time_limit=3600.0).to_json())
 """
 
 
@@ -423,7 +429,7 @@ def test_the_same_arm_gives_the_same_proof_to_the_letter():
     ]
     assert runs[0].stdout == runs[1].stdout
     assert '"status":"open"' in runs[0].stdout
-    assert runs[0].stdout.startswith(certify(robot("panda"), 1, thorough=False).to_json())
+    assert runs[0].stdout.startswith(certify(robot("panda"), 1, thorough=False, time_limit=PATIENCE).to_json())
 
 
 def general(n: int) -> ExactArm:
@@ -438,8 +444,8 @@ def general(n: int) -> ExactArm:
 @pytest.mark.parametrize("n, corank", [(4, 1), (5, 1), (6, 2), (7, 1), (7, 3)])
 def test_without_a_process_arms_without_structure_are_given_up_after_a_few_seconds_of_work(n, corank):
     start = time.process_time()
-    found = certify_exact(general(n), corank, thorough=False)
-    assert time.process_time() - start < 10.0
+    found = certify_exact(general(n), corank, thorough=False, time_limit=PATIENCE)
+    assert time.process_time() - start < HANGING
     assert found.status in ("open", "implicit", "proved")
     assert all(node.reason != "out of time" for node in found.nodes)
 

@@ -80,7 +80,7 @@ def robot(name: str) -> rik.Robot:
 
 @cache
 def proof(name: str, corank: int) -> Proof:
-    return certify(robot(name), corank, thorough=False)
+    return certify(robot(name), corank, thorough=False, time_limit=3600.0)
 
 
 def places(name: str, corank: int) -> list[Place]:

@@ -17,7 +17,7 @@ from tornado.websocket import websocket_connect
 from robust_ik.display import Scene, serve
 from robust_ik.display._meshcat import geometry, umsgpack
 
-SECONDS = 10
+SECONDS = 60
 
 
 @pytest.fixture

@@ -10,6 +10,7 @@ from robust_ik.errors import suggest
 from robust_ik.reach import find_reach
 from robust_ik.scenarios import stretch
 from robust_ik.scenarios.stretch import BEYOND
+from robust_ik.tasks import Follow
 from robust_ik.urdf import parse_urdf
 
 OURS = {
@@ -161,10 +162,15 @@ def test_the_demo_leaves_its_reach_comes_back_and_stays_calm(name):
 
 
 @pytest.mark.parametrize("name", ["xarm7", "panda", "ur5", "kinova", "pa10", "puma560", "so100"])
-def test_in_the_demo_the_pseudo_inverse_explodes_and_jparse_meets_the_singularity_calmly(name):
+def test_in_the_demo_jparse_passes_calmly_where_the_pseudo_inverse_would_ask_for_fifty_times_its_speed(name):
+    """At the states of the calm run: the pseudo-inverse's own peaks hang on the last bit."""
     scenario = stretch(rik.load(name))
-    calm, wild = scenario.run(rik.JParse()), scenario.run(rik.MoorePenrose())
-    assert wild.largest_speed > 100 * calm.largest_speed
+    calm = scenario.run(rik.JParse())
+    motion = Follow(scenario.path, scenario.gain, scenario.max_linear, scenario.max_angular)
+    states = [(calm.time[i], calm.q[i]) for i in np.argsort(calm.sigma[:, -1])[:300]]
+    equations = [motion(time)[0][0].equation(scenario.robot, q) for time, q in states]
+    asked = [np.abs(rik.MoorePenrose().solve(each.J, each.xdot)).max() for each in equations]
+    assert max(asked) > 50 * calm.largest_speed
     assert calm.sigma[:, -1].min() < 0.01 * calm.sigma[0, 0]
 
 

@@ -15,6 +15,7 @@ LINE = load_scenario("puma_wrist")
 """Six rows, feed-forward, a gain of 10: none of it matters here."""
 
 
+@pytest.mark.exact_start
 def test_every_point_is_reached_and_each_starts_where_the_one_before_ended():
     times = [0.0, 0.5, 1.0]
     results = reach_points(LINE, "pseudo-inverse", times, tolerance=1e-10)
