@@ -12,7 +12,8 @@ RobustIKError
     └── DHError                    a DH table that is broken
 ```
 
-Messages quote what was given and say what is possible.
+Messages quote what was given and say what is possible; one that would be longer than `LONGEST_MESSAGE` is cut in the
+middle.
 """
 
 from __future__ import annotations
@@ -20,9 +21,27 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable, Sequence
 
+LONGEST_MESSAGE = 2_000
+"""Characters of a message: about a screen. What files hold may be of any length, and is quoted in messages."""
+LONGEST_NAME = 120
+"""Characters of a name in a list of names."""
+COMPARED = 1_000
+"""How many names are compared with one that was not found: for the worst of names two seconds."""
+
 
 class RobustIKError(Exception):
     """Base of every exception raised on purpose."""
+
+    def __init__(self, *args: object) -> None:
+        super().__init__(*(cut(each) if isinstance(each, str) else each for each in args))
+
+
+def cut(text: str, most: int = LONGEST_MESSAGE) -> str:
+    """The text; if it is longer than `most`, its beginning and its end."""
+    if len(text) <= most:
+        return text
+    end = most // 4
+    return f"{text[: most - end - 3]} … {text[-end:]}"
 
 
 class InputError(RobustIKError, ValueError):
@@ -69,12 +88,13 @@ def suggest(given: str, known: Iterable[str], limit: int = 40) -> str:
         "did you mean 'tool0'? there are: base, tool0" or a part of it.
     """
     names = sorted(set(known))
-    close = difflib.get_close_matches(given, names, n=3, cutoff=0.5) if len(given) < 200 else []
+    compared = [name for name in names[:COMPARED] if len(name) <= LONGEST_NAME]
+    close = difflib.get_close_matches(given, compared, n=3, cutoff=0.5) if len(given) <= LONGEST_NAME else []
     question = f"did you mean {' or '.join(repr(c) for c in close)}? " if close else ""
     return f"{question}there are: {listed(names, limit)}"
 
 
 def listed(names: Sequence[str], limit: int = 40) -> str:
-    """Names with commas between them, cut after `limit` with a count; "none" if there are none."""
+    """Names with commas between them, cut after `limit` with a count, long ones shortened; "none" if there are none."""
     rest = f", … ({len(names)} in all)" if len(names) > limit else ""
-    return ", ".join(names[:limit]) + rest or "none"
+    return ", ".join(cut(name, LONGEST_NAME) for name in names[:limit]) + rest or "none"

@@ -3,22 +3,37 @@
 from __future__ import annotations
 
 import os
+import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path, PurePosixPath
 from typing import Self
 
-from robust_ik.errors import UrdfError
+from robust_ik.errors import UrdfError, cut
 
 MESH_SUFFIXES = (".stl", ".dae", ".obj", ".ply", ".glb", ".gltf", ".off")
 ALLOW = "allow its folder by package_dirs= (--package-dir)"
 CONVENTIONAL_FOLDERS = ("urdf", "urdfs", "robots", "robot", "model", "models", "xacro")
 """A URDF in one of these belongs to the folder around it."""
+SURE_FOLDERS = ("urdf", "urdfs", "xacro")
+"""These are called so for no other reason; around one of the others, there must also be a folder of meshes."""
+MESH_FOLDERS = ("meshes", "mesh", "visual", "visuals", "collision", "collisions", "assets", "stl", "dae", "obj")
+PACKAGE_ENDINGS = ("_description", "_support")
+"""A folder that is called so is a robot's package, with a package.xml or without."""
+LONGEST_NAME = 4096
+"""Characters of a path: no system takes more."""
 
 
 @dataclass(frozen=True)
 class Found:
-    """A mesh file and the folder it may refer within; or why there is none."""
+    """A mesh file and the folder it may refer within; or why there is none.
+
+    Attributes:
+        path: The file, links resolved, so that what is opened is what was checked.
+        root: The folder, links resolved.
+        problem: Why there is no path; empty otherwise.
+    """
 
     path: Path | None
     root: Path | None
@@ -28,6 +43,11 @@ class Found:
 @dataclass(frozen=True)
 class MeshPaths:
     """Resolves `package://`, `file://`, absolute and relative paths for one URDF.
+
+    A file may be read from the URDF's own tree, from the folders that the user gives and from packages: those in the
+    folders that ROS's environment names, and folders with a package.xml around the URDF or beside one around it. An
+    ancestor without package.xml is none, whatever it is called, unless it is the URDF's own tree or is called like
+    a robot's package; and folders that all kinds of files share (/, /tmp, a home) never are. Links are resolved first.
 
     Attributes:
         folder: The folder of the URDF, absolute and without `..`, or None for a URDF given as text.
@@ -54,8 +74,10 @@ class MeshPaths:
         scheme, _, rest = name.partition("://")
         if not rest:
             scheme, rest = "", name
+        if len(name) > LONGEST_NAME:
+            return _none(f"has {len(name)} characters; a path has at most {LONGEST_NAME}")
         if PurePosixPath(rest).suffix.lower() not in MESH_SUFFIXES:
-            return Found(None, None, f"is none of {', '.join(MESH_SUFFIXES)}")
+            return _none(f"is none of {', '.join(MESH_SUFFIXES)}")
         try:
             if scheme in ("package", "model"):
                 return self._in_package(name, rest)
@@ -64,67 +86,129 @@ class MeshPaths:
         except (OSError, RuntimeError, ValueError) as error:
             if isinstance(error, UrdfError):
                 raise
-            return Found(None, None, f"cannot be looked up: {error}")
-        return Found(None, None, f"is a {scheme} address, which is never fetched")
+            return _none(f"cannot be looked up: {error}")
+        return _none(f"is a {scheme} address, which is never fetched")
 
+    @cached_property
+    def own_tree(self) -> Path | None:
+        """The URDF's package: the nearest ancestor with a package.xml, else its folder (`urdf/` counts as inside)."""
+        if self.folder is None:
+            return None
+        for ancestor in (self.folder, *self.folder.parents):
+            if _is_package(ancestor):
+                return ancestor
+        around, name = self.folder.parent, self.folder.name
+        inside = name in SURE_FOLDERS or (name in CONVENTIONAL_FOLDERS and _holds_meshes(around))
+        return around if inside and not is_shared(around) else self.folder
+
+    # ------------------------------------------------------------------------------------------ package://
     def _in_package(self, name: str, rest: str) -> Found:
         package, _, inside = rest.lstrip("/").partition("/")
         if package in ("", ".", "..") or not inside.strip("/"):
             raise UrdfError(f"mesh path {_shown(name)} names no package: package://<package>/<path> is meant")
-        roots = [root for root in dict.fromkeys(self._package_roots(package)) if root.is_dir()]
-        found = Found(None, None, f"no folder of package {package!r} found")
-        for root in roots:
+        found = _none(self._why_none(package))
+        for root in dict.fromkeys(self._package_roots(package)):
             path = _absolute(root / inside.lstrip("/"))
             if not path.is_relative_to(root):
                 raise _climbs(name, root)
             found = self._checked(path, root)
             if found.path is not None:
                 return found
-        return Found(None, None, f"{found.problem}; give package_dirs= (--package-dir) to say where it is")
+        return _none(f"{found.problem}; give package_dirs= (--package-dir) to say where it is")
 
     def _package_roots(self, package: str) -> Iterator[Path]:
-        for given in (*self.package_dirs, *_ros_package_dirs()):
-            yield from (given / package, given) if given.name == package else (given / package,)
-        if self.folder is not None:
+        """The folders that are the package, none of them reached by a link that leads to where nothing may be read."""
+        for given in self.package_dirs:
+            if given.name == package:
+                yield given
+            if self._is_allowed(given / package):
+                yield given / package
+        for given in _ros_package_dirs():
+            if given.name == package:
+                yield given
+            if _is_within(given / package, given) or _is_package(given / package):  # workspaces link to packages
+                yield given / package
+        if self.folder is None:
+            return
+        if self._is_allowed(self.folder / package):
             yield self.folder / package
-            for ancestor in (self.folder, *self.folder.parents):
-                if ancestor.name == package:
-                    yield ancestor
-                elif (ancestor / package / "package.xml").is_file():
-                    yield ancestor / package
+        for ancestor in (self.folder, *self.folder.parents):
+            if ancestor.name == package and self._is_ours(ancestor):
+                yield ancestor
+            elif _is_package(ancestor / package) and _is_within(ancestor / package, ancestor):
+                yield ancestor / package
 
+    def _is_allowed(self, folder: Path) -> bool:
+        """Whether it is a folder that, links resolved, lies in the own tree or in a folder that was given."""
+        allowed = (*self.package_dirs, self.own_tree)
+        return folder.is_dir() and any(_is_within(folder, each) for each in allowed if each is not None)
+
+    def _is_ours(self, ancestor: Path) -> bool:
+        """Whether an ancestor of the URDF that is called like the package is a package."""
+        called_so = ancestor.name.endswith(PACKAGE_ENDINGS) and not is_shared(ancestor)
+        return ancestor == self.own_tree or called_so or _is_package(ancestor)
+
+    def _why_none(self, package: str) -> str:
+        parents = () if self.folder is None else (self.folder, *self.folder.parents)
+        called = next((ancestor for ancestor in parents if ancestor.name == package), None)
+        if called is None:
+            return f"no folder of package {_shown(package)} found"
+        return f"{called} is called {_shown(package)} but is no package: it has no package.xml"
+
+    # ------------------------------------------------------------------------------------------ other paths
     def _in_folders(self, name: str, rest: str) -> Found:
-        roots = [*self._own_roots(), *self.package_dirs]
+        own = self.own_tree
         absolute = PurePosixPath(rest).is_absolute()
         if self.folder is None and not absolute:
-            return Found(None, None, "is relative, but the URDF was given as text, in no folder")
+            return _none("is relative, but the URDF was given as text, in no folder")
         path = _absolute(Path(rest) if absolute or self.folder is None else self.folder / rest)
+        roots = (*(() if own is None else (own,)), *self.package_dirs)
         root = next((root for root in roots if path.is_relative_to(root)), None)
         if root is not None:
             return self._checked(path, root)
-        if absolute:
-            return Found(None, None, f"is outside the robot's folders; {ALLOW}")
-        if not (roots[0] / "package.xml").is_file():
-            return Found(None, None, f"is outside {roots[0]}; {ALLOW}")
-        raise _climbs(name, roots[0])
-
-    def _own_roots(self) -> list[Path]:
-        """The URDF's package: the nearest ancestor with a package.xml, else its folder (`urdf/` counts as inside)."""
-        if self.folder is None:
-            return []
-        for ancestor in (self.folder, *self.folder.parents):
-            if (ancestor / "package.xml").is_file():
-                return [ancestor]
-        return [self.folder.parent if self.folder.name in CONVENTIONAL_FOLDERS else self.folder]
+        if absolute or own is None:
+            return _none(f"is outside the robot's folders; {ALLOW}")
+        if not _is_package(own):
+            return _none(f"is outside {own}; {ALLOW}")
+        raise _climbs(name, own)
 
     def _checked(self, path: Path, root: Path) -> Found:
         """The file, unless it is missing or links lead from it to where nothing may be read."""
         if not path.is_file():
-            return Found(None, None, f"not found at {path}")
+            return _none(f"not found at {path}")
         real = path.resolve()
-        if not any(real.is_relative_to(allowed.resolve()) for allowed in (root, *self.package_dirs)):
-            return Found(None, None, f"is a link that leads out of {root}; give package_dirs= to allow {real.parent}")
-        return Found(path, root)
+        for allowed in dict.fromkeys((root, *self.package_dirs)):
+            if real.is_relative_to(allowed.resolve()):
+                return Found(real, allowed.resolve())
+        return _none(f"is a link that leads out of {root}; give package_dirs= to allow {real.parent}")
+
+
+def is_shared(folder: Path) -> bool:
+    """Whether all kinds of files share a folder: the root, what is right below it, homes, folders for what is passing.
+
+    Such a folder is nobody's package, whatever lies in it.
+    """
+    real, home = folder.resolve(), Path(os.path.expanduser("~")).resolve()  # noqa: PTH111 (there may be no home)
+    passing = [Path(each).resolve() for each in (tempfile.gettempdir(), "/tmp", "/var/tmp", "/dev/shm")]
+    shared = {home, *home.parents, *passing, *(parent for each in passing for parent in each.parents)}
+    return len(real.parts) <= 2 or real in shared or real.parent == home.parent
+
+
+def _is_package(folder: Path) -> bool:
+    return (folder / "package.xml").is_file() and not is_shared(folder)
+
+
+def _is_within(path: Path, folder: Path) -> bool:
+    """Whether a path lies in a folder when all links are resolved."""
+    return path.resolve().is_relative_to(folder.resolve())
+
+
+def _holds_meshes(folder: Path) -> bool:
+    return any((folder / name).is_dir() for name in MESH_FOLDERS)
+
+
+def _none(problem: str) -> Found:
+    return Found(None, None, cut(problem, 600))
 
 
 def _absolute(path: Path) -> Path:
@@ -137,7 +221,7 @@ def _climbs(name: str, root: Path) -> UrdfError:
 
 
 def _shown(name: str) -> str:
-    return repr(name if len(name) <= 200 else name[:200] + "…")
+    return repr(cut(name, 200))
 
 
 def _ros_package_dirs() -> Sequence[Path]:

@@ -10,6 +10,7 @@ import zipfile
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import PurePosixPath
 from typing import Any, TypeVar
 
 import numpy as np
@@ -18,8 +19,10 @@ from numpy.typing import NDArray
 
 from robust_ik.checks import Array
 from robust_ik.description import Mesh
+from robust_ik.meshes.opening import read_inside
 from robust_ik.meshes.resolver import ConfinedResolver
 from robust_ik.meshes.triangles import Triangles, tidy
+from robust_ik.meshpaths import MESH_SUFFIXES
 
 MAX_BYTES = 200_000_000
 MAX_PIXELS = 50_000_000
@@ -103,21 +106,30 @@ def _quiet() -> Iterator[None]:
 def _load(mesh: Mesh) -> Any:
     """The file as a trimesh scene, with whatever it refers to confined to the mesh's root."""
     assert mesh.path is not None
-    if not mesh.path.is_file():
-        raise UnreadableMeshError("is no file")
-    if mesh.path.stat().st_size > MAX_BYTES:
-        raise UnreadableMeshError(f"is larger than {MAX_BYTES // 1_000_000} MB")
-    data = mesh.path.read_bytes()
+    path = mesh.path.resolve()
+    root = path.parent if mesh.root is None else mesh.root.resolve()
+    try:
+        data = read_inside(path, root, MAX_BYTES)
+    except ValueError as error:
+        raise UnreadableMeshError(str(error)) from error
+    except OSError as error:
+        raise UnreadableMeshError(f"is no file that can be read in {root}") from error
     if zipfile.is_zipfile(io.BytesIO(data)):
         raise UnreadableMeshError("is a zip archive, which could unfold to any size")
-    resolver = ConfinedResolver(mesh.path.parent, mesh.root or mesh.path.parent)
-    kind = mesh.path.suffix.lower().lstrip(".")
+    resolver = ConfinedResolver(path.parent, root)
+    kind = _kind(mesh).lstrip(".")
     return trimesh.load(io.BytesIO(data), file_type=kind, resolver=resolver, force="scene", process=False)
+
+
+def _kind(mesh: Mesh) -> str:
+    """The suffix that the description writes; a link may lead to a file of another name."""
+    written = PurePosixPath(mesh.name).suffix.lower()
+    return written if written in MESH_SUFFIXES or mesh.path is None else mesh.path.suffix.lower()
 
 
 def _scaling(mesh: Mesh) -> Array:
     unit = 1.0
-    if mesh.path is not None and mesh.path.suffix.lower() == ".dae":
+    if mesh.path is not None and _kind(mesh) == ".dae":
         with mesh.path.open("rb") as file:
             found = re.search(rb"<unit\b[^>]*\bmeter\s*=\s*[\"']([^\"']+)", file.read(100_000))
         if found:

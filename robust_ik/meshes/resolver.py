@@ -10,7 +10,14 @@ from urllib.parse import unquote
 
 from trimesh.resolvers import Resolver
 
+from robust_ik.meshes.opening import read_inside
+
 MAX_REFERENCE_BYTES = 50_000_000
+"""Of all files together that one mesh refers to, each counted as often as it is asked for."""
+REFERENCES = (
+    ".mtl", ".bin", ".glbin", ".buffer", ".png", ".jpg", ".jpeg", ".gif", ".bmp", ".tga", ".tif", ".tiff", ".webp"
+)  # fmt: skip
+"""Materials, buffers and images. A mesh refers to no other file, and other files are not to be seen."""
 
 if TYPE_CHECKING:
     _Base: Any = object
@@ -21,15 +28,18 @@ else:
 class ConfinedResolver(_Base):  # type: ignore[misc]
     """Reads materials, textures and buffers that a mesh refers to, only below a root folder.
 
-    Whatever is outside, by "..", by an absolute path, by a link or by an address, is as good as missing.
+    Whatever is outside, by "..", by an absolute path, by a link or by an address, is as good as missing; so is what is
+    hidden below the root (`.git`, `.ssh`), of another kind than meshes refer to, or beyond the bytes for one mesh.
 
     Attributes:
         folder: Where references start from.
         root: What they may not leave.
+        left: Bytes that may still be read.
     """
 
     def __init__(self, folder: Path, root: Path) -> None:
         self.folder, self.root = folder, root.resolve()
+        self.left = MAX_REFERENCE_BYTES
 
     def get(self, key: str) -> bytes:
         """The bytes of a file that a mesh refers to.
@@ -40,20 +50,27 @@ class ConfinedResolver(_Base):  # type: ignore[misc]
         for name in dict.fromkeys((str(key), unquote(str(key)))):
             path = self._inside(name)
             if path is not None:
-                return path.read_bytes()
-        raise FileNotFoundError(f"{key!r} is not in {self.root}")
+                try:
+                    data = read_inside(path, self.root, self.left)
+                except (OSError, ValueError):
+                    continue
+                self.left -= len(data)
+                return data
+        raise FileNotFoundError(f"{str(key)[:200]!r} is not in {self.root}")
 
     def _inside(self, name: str) -> Path | None:
-        """The file, if it is a plain one of sane size inside the root."""
+        """The file, links resolved, if it is one inside the root that a mesh may refer to."""
         name = name.strip().replace("\\", "/")
         if not name or "\0" in name or "://" in name:
             return None
         try:
             path = Path(os.path.normpath(self.folder / name)).resolve()
-            plain = path.is_relative_to(self.root) and path.is_file()
-            return path if plain and path.stat().st_size <= MAX_REFERENCE_BYTES else None
+            if not path.is_relative_to(self.root) or not path.is_file():
+                return None
         except (OSError, ValueError, RuntimeError):
             return None
+        hidden = any(part.startswith(".") for part in path.relative_to(self.root).parts)
+        return path if not hidden and path.suffix.lower() in REFERENCES else None
 
     def keys(self) -> Iterator[str]:
         """Nothing: files are asked for by name, a folder is never listed."""
