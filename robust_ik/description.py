@@ -36,6 +36,7 @@ class Joint:
         upper: Upper position limit, rad or m.
         velocity: Speed limit, rad/s or m/s.
         mimic: What it follows, if it is no joint of its own.
+        problem: Why it cannot move as the file has it; empty if it can.
     """
 
     name: str
@@ -46,6 +47,7 @@ class Joint:
     upper: float
     velocity: float
     mimic: Mimic | None = None
+    problem: str = ""
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from robust_ik.chain import Chain, axis_frames
 from robust_ik.description import Description
 from robust_ik.errors import TipError, UrdfError, listed
 from robust_ik.joints import JointMap
+from robust_ik.notes import named
 from robust_ik.urdf import fix_joints
 
 MAX_JOINTS = 200
@@ -21,7 +22,12 @@ MAX_JOINTS = 200
 
 
 def joints_to_keep(description: Description, tip: str | None) -> set[str]:
-    """The joints that stay: those that move the tip (all for a whole tree), mimics with their sources."""
+    """The joints that stay: those that move the tip (all for a whole tree), mimics with their sources.
+
+    Raises:
+        UrdfError: One of them cannot move as it is written, or moves freely.
+        TipError: There is none.
+    """
     joints = description.joints if tip is None else description.chain(tip)
     moving = [joint for joint in joints if joint.kind != "fixed"]
     for joint in moving:
@@ -37,7 +43,12 @@ def joints_to_keep(description: Description, tip: str | None) -> set[str]:
             if tip is not None
             else f"{description.name} has no joint that moves"
         )
-    return {joint.name for joint in moving} | {description.driver[joint.name].source for joint in moving}
+    keep = {joint.name for joint in moving} | {description.driver[joint.name].source for joint in moving}
+    for name in (*(joint.name for joint in joints), *keep):
+        if problem := description.joint[name].problem:
+            needs = "" if tip is None else f" (the tip {tip!r} depends on it)"
+            raise UrdfError(f"{description.source}: {named('joint', name)} {problem}{needs}")
+    return keep
 
 
 def build_model(description: Description, keep: set[str]) -> pin.Model:

@@ -20,8 +20,12 @@ from robust_ik.description import (
 from robust_ik.errors import UrdfError
 from robust_ik.files import read_file
 from robust_ik.meshpaths import MeshPaths
+from robust_ik.notes import Notes, named
 from robust_ik.urdf_checks import check_tree, safe_tree
-from robust_ik.urdf_shapes import collisions, visuals
+from robust_ik.urdf_joints import mend_joints
+from robust_ik.urdf_numbers import shown
+from robust_ik.urdf_shapes import collisions, mend_shapes, visuals
+from robust_ik.urdf_xacro import check_expanded
 
 MAX_BYTES = 50_000_000
 SEEMS_DEGREES = 8 * math.pi
@@ -65,15 +69,16 @@ def parse_urdf(
     Raises:
         UrdfError: As for `read_urdf`.
     """
+    notes = Notes()
     try:
-        root = safe_tree(xml)
+        root = safe_tree(xml, notes=notes)
+        check_expanded(root, notes)
         check_tree(root)
-        notes: list[str] = []
-        _straighten(root, notes)
+        problems = mend_joints(root, notes)
+        mend_shapes(root, notes)
         robot = _parse(root)
-        moving = {joint.name for joint in robot.joints if joint.type in MOVING_TYPES}
-        joints = tuple(_joint(joint, moving, notes) for joint in robot.joints)
-        _check_mimics(joints)
+        moving = {joint.name for joint in robot.joints if joint.type in MOVING_TYPES} | set(problems)
+        joints = tuple(_joint(joint, moving, problems, notes) for joint in robot.joints)
         paths = MeshPaths.of(folder, package_dirs)
         drawn, solid = tuple(visuals(robot, paths)), tuple(collisions(robot, paths))
     except UrdfError as error:
@@ -85,7 +90,7 @@ def parse_urdf(
         joints=joints,
         visuals=drawn,
         source=source,
-        notes=tuple(notes),
+        notes=notes.sentences(),
         collisions=solid,
     )
 
@@ -99,34 +104,6 @@ def fix_joints(xml: str, keep: set[str]) -> str:
     return str(etree.tostring(root, encoding="unicode"))
 
 
-def _straighten(root: Any, notes: list[str]) -> None:
-    """Says in full what a URDF may leave out and what the parsers below take differently."""
-    followed = {mimic.get("joint") for mimic in root.iterfind("joint/mimic")}
-    for joint in root.findall("joint"):
-        if joint.get("type") in MOVING_TYPES:
-            _write_axis(joint)
-        if joint.get("type") == "continuous" and (joint.get("name") in followed or joint.find("mimic") is not None):
-            # As (cos, sin) its number of turns would be lost on the joints that follow it.
-            joint.set("type", "revolute")
-            for limit in joint.findall("limit"):
-                joint.remove(limit)
-            etree.SubElement(joint, "limit")
-            notes.append(f"joint {joint.get('name')!r} is continuous and mimicked: taken as revolute without limits")
-        for limit in joint.findall("limit"):
-            for attribute in ("effort", "velocity"):
-                limit.set(attribute, limit.get(attribute, "0"))
-
-
-def _write_axis(joint: Any) -> None:
-    """The unit axis, x where none is written."""
-    axis = joint.find("axis")
-    if axis is None:
-        axis = etree.SubElement(joint, "axis")
-    numbers = [float(word) for word in axis.get("xyz", "1 0 0").split()]
-    length = math.hypot(*numbers)
-    axis.set("xyz", " ".join(repr(number / length) for number in numbers))
-
-
 def _parse(root: Any) -> Any:
     """Yourdfpy's reading of the checked tree."""
     import yourdfpy  # takes half a second: only where a file is read
@@ -137,44 +114,29 @@ def _parse(root: Any) -> Any:
         raise UrdfError(f"cannot be read: {type(error).__name__}: {error}") from error
 
 
-def _joint(joint: Any, moving: set[str], notes: list[str]) -> Joint:
-    lower, upper, velocity = -math.inf, math.inf, math.inf
-    limit = joint.limit
-    if limit is not None:
-        velocity = limit.velocity or math.inf
-        low, high = limit.lower or 0.0, limit.upper or 0.0
-        if joint.type in ("revolute", "prismatic"):
-            if low > high:
-                stated = "" if None not in (limit.lower, limit.upper) else " (one that is not stated is 0)"
-                raise UrdfError(f"joint {joint.name!r} has its limits reversed: lower {low} > upper {high}{stated}")
-            if low == high == 0:
-                notes.append(f"joint {joint.name!r} states no position limits: it is taken as unlimited")
-            else:
-                if (
-                    joint.type == "revolute"
-                    and max(abs(low), abs(high)) > SEEMS_DEGREES
-                    and max(abs(low), abs(high)) < NO_LIMIT
-                ):
-                    notes.append(f"joint {joint.name!r} has limits {low:g} to {high:g} rad: are they degrees?")
-                lower = low if low > -NO_LIMIT else -math.inf
-                upper = high if high < NO_LIMIT else math.inf
+def _joint(joint: Any, moving: set[str], problems: dict[str, tuple[str, str]], notes: Notes) -> Joint:
+    kind, problem = problems.get(joint.name, (joint.type, ""))
+    lower, upper = _limits(joint, notes)
+    velocity = math.inf if joint.limit is None else joint.limit.velocity or math.inf
     mimic = joint.mimic and Mimic(joint.mimic.joint, joint.mimic.multiplier, joint.mimic.offset)
     if mimic is not None and mimic.source not in moving:
-        notes.append(f"joint {joint.name!r} mimics {mimic.source!r}, which is no joint that moves: it is free")
+        notes.add(f"mimics {shown(mimic.source)}, which is no joint that moves: it is free", named("joint", joint.name))
         mimic = None
-    return Joint(joint.name, joint.type, joint.parent, joint.child, lower, upper, velocity, mimic)
+    return Joint(joint.name, kind, joint.parent, joint.child, lower, upper, velocity, mimic, problem)
 
 
-def _check_mimics(joints: tuple[Joint, ...]) -> None:
-    by_name = {joint.name: joint for joint in joints}
-    done: set[str] = set()
-    for joint in joints:
-        followed: dict[str, None] = {}
-        name: str | None = joint.name
-        while name is not None and name not in done:
-            if name in followed:
-                raise UrdfError(f"joint {joint.name!r} mimics itself, through {' → '.join(list(followed)[:10])}")
-            followed[name] = None
-            mimic = by_name[name].mimic
-            name = None if mimic is None else mimic.source
-        done.update(followed)
+def _limits(joint: Any, notes: Notes) -> tuple[float, float]:
+    """Position limits, infinite where none are stated."""
+    limit, name = joint.limit, named("joint", joint.name)
+    if limit is None or joint.type not in ("revolute", "prismatic"):
+        return -math.inf, math.inf
+    low, high = limit.lower or 0.0, limit.upper or 0.0
+    if low == high == 0:
+        if joint.mimic is None:
+            stated = "states no position limits" if limit.lower is None else "has position limits 0 and 0, as for none"
+            notes.add(f"{stated}: it is taken as unlimited", name)
+        return -math.inf, math.inf
+    largest = max(abs(low), abs(high))
+    if joint.type == "revolute" and SEEMS_DEGREES < largest < NO_LIMIT:
+        notes.add(f"has limits {low:g} to {high:g} rad: are they degrees?", name)
+    return low if low > -NO_LIMIT else -math.inf, high if high < NO_LIMIT else math.inf

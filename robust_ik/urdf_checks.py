@@ -2,28 +2,67 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections import Counter
 from typing import Any
 
 from lxml import etree
 
-from robust_ik.description import MOVING_TYPES
 from robust_ik.errors import UrdfError
-from robust_ik.urdf_shapes import check_shapes
+from robust_ik.notes import Notes, named
+from robust_ik.urdf_numbers import LARGEST, are_numbers, shown
+from robust_ik.xml_repairs import note_version, repaired
 
-JOINT_TYPES = (*MOVING_TYPES, "fixed", "floating", "planar")
 MAX_DEPTH = 1000
 """Joints from the root to a leaf; the parsers below recurse."""
-LARGEST, LARGEST_LIMIT = 1e6, 1e18
-"""Metres and radians as written, far below where products overflow; limits are written as large as 1e16."""
-LEAST_AXIS = 1e-6
-_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
+_DECLARATION = re.compile(r"\ufeff?<\?xml[^>]*\?>")
+_OTHERS = {
+    "mujoco": "it is MuJoCo's MJCF, not a URDF: take the robot's URDF, or convert it (mjcf-urdf-simple-converter)",
+    "sdf": "it is SDF, not a URDF: take the URDF or xacro it was made from, or convert it (sdf2urdf of pysdf)",
+    "gazebo": "it is an old form of SDF, not a URDF: take the URDF or xacro that it was made from",
+    "COLLADA": "it is a COLLADA file, a mesh and no URDF: take the URDF that names it",
+    "srdf": "it is an SRDF, which says what may collide: take the URDF beside it",
+}
 
 
-def safe_tree(xml: str | bytes, kind: str = "a URDF") -> Any:
-    """The XML tree of a URDF or of its like, with no entity expanded, no DTD loaded, nothing fetched."""
+def safe_tree(xml: str | bytes, kind: str = "a URDF", notes: Notes | None = None) -> Any:
+    """The XML tree of a URDF or of its like, with no entity expanded, no DTD loaded, nothing fetched.
+
+    Args:
+        xml: The text.
+        kind: What it is, for messages.
+        notes: Where it is said what had to be mended.
+    """
+    notes = Notes() if notes is None else notes
+    root = _parsed(xml, notes)
+    if root.getroottree().docinfo.internalDTD is not None:
+        raise UrdfError(_doctype(kind))
+    if _drop_default_namespaces(root):
+        notes.add(f"a default XML namespace (xmlns=…) is passed over; {kind} has none")
+    if root.tag != "robot":
+        name = etree.QName(root).localname
+        raise UrdfError(_OTHERS.get(name) or f"the root element is <{name[:60]}>, not <robot>")
+    return root
+
+
+def _parsed(xml: str | bytes, notes: Notes) -> Any:
+    """The tree of strict XML; of what it could be mended to, if it is none."""
+    text = xml if isinstance(xml, bytes) else _bytes(xml, notes)
+    try:
+        return _strict(text)
+    except etree.XMLSyntaxError as error:
+        mended = repaired(xml, notes)
+        try:
+            if mended is not None:
+                return _strict(mended.encode())
+        except (etree.XMLSyntaxError, UnicodeEncodeError):
+            pass
+        if (b"<!DOCTYPE" if isinstance(xml, bytes) else "<!DOCTYPE") in xml:  # type: ignore[operator]
+            raise UrdfError(_doctype("a robot's file")) from error
+        raise UrdfError(f"not well-formed XML: {error.msg[:300]}") from error
+
+
+def _strict(text: bytes) -> Any:
     parser = etree.XMLParser(
         resolve_entities=False,
         load_dtd=False,
@@ -32,31 +71,40 @@ def safe_tree(xml: str | bytes, kind: str = "a URDF") -> Any:
         remove_comments=True,
         remove_pis=True,
     )
-    try:
-        root = etree.fromstring(_bytes(xml), parser)
-    except etree.XMLSyntaxError as error:
-        raise UrdfError(f"not well-formed XML: {error.msg}") from error
-    if root.getroottree().docinfo.internalDTD is not None:
-        raise UrdfError(f"it has a DOCTYPE, which could define entities; {kind} needs none: remove it")
-    if root.tag != "robot" and etree.QName(root).localname == "robot":
-        raise UrdfError(f"it has a default XML namespace (xmlns=…); {kind} has none: remove it")
-    if root.tag != "robot":
-        raise UrdfError(f"the root element is <{etree.QName(root).localname}>, not <robot>")
-    return root
+    return etree.fromstring(text, parser)
 
 
-def _bytes(xml: str | bytes) -> bytes:
+def _doctype(kind: str) -> str:
+    return f"it has a DOCTYPE, which could define entities; {kind} needs none: remove it"
+
+
+def _bytes(xml: str, notes: Notes) -> bytes:
     """Text as UTF-8 bytes; what it declares of its encoding is no longer so and dropped."""
-    if isinstance(xml, bytes):
-        return xml
+    declared = _DECLARATION.match(xml)
+    if declared is not None:
+        note_version(declared[0], notes)
+        xml = xml[declared.end() :]
     try:
-        return re.sub(r"^\s*<\?xml[^>]*\?>", "", xml).encode()
+        return xml.encode()
     except UnicodeEncodeError as error:
         raise UrdfError(f"not text: {error.reason} at character {error.start}") from error
 
 
+def _drop_default_namespaces(root: Any) -> bool:
+    """Takes the names of elements as they are written, as readers that know no namespaces do."""
+    dropped = False
+    for element in root.iter("{*}*"):
+        if element.prefix is None and element.tag.startswith("{"):
+            element.tag = etree.QName(element).localname
+            dropped = True
+    if dropped:
+        etree.cleanup_namespaces(root)
+    return dropped
+
+
 def check_tree(root: Any) -> None:
-    """Names, references and numbers, so that what follows cannot trip over them."""
+    """Refuses names, references and origins with which the links and joints are no tree in space."""
+    root.attrib.pop("version", None)  # of the format, which yourdfpy and Pinocchio's reader may not know
     if not root.get("name"):
         root.set("name", "robot")
     links = [_named(link) for link in root.findall("link")]
@@ -66,28 +114,12 @@ def check_tree(root: Any) -> None:
     for kind, names in (("link", links), ("joint", [_named(joint) for joint in joints])):
         twice = [name for name, count in Counter(names).items() if count > 1]
         if twice:
-            raise UrdfError(f"two {kind}s are called {twice[0]!r}")
-    for tag, attributes in _NUMBERS.items():
-        for element in root.iter(tag):
-            for attribute, count in attributes.items():
-                _check_numbers(element, attribute, count)
+            raise UrdfError(f"two {kind}s are called {shown(twice[0])}")
+    _check_spelling(root)
     known = set(links)
     for joint in joints:
         _check_joint(joint, known)
     _check_is_tree(links, joints)
-    check_shapes(root)
-
-
-_NUMBERS: dict[str, dict[str, int]] = {
-    "origin": {"xyz": 3, "rpy": 3},
-    "axis": {"xyz": 3},
-    "dynamics": {"damping": 1, "friction": 1},
-    "mass": {"value": 1},
-    "inertia": {"ixx": 1, "ixy": 1, "ixz": 1, "iyy": 1, "iyz": 1, "izz": 1},
-    "limit": {"lower": 1, "upper": 1, "velocity": 1, "effort": 1},
-    "mimic": {"multiplier": 1, "offset": 1},
-    "color": {"rgba": 4},
-}
 
 
 def _named(element: Any) -> str:
@@ -96,52 +128,29 @@ def _named(element: Any) -> str:
     return str(element.get("name"))
 
 
-def _check_numbers(element: Any, attribute: str, count: int) -> None:
-    text = element.get(attribute)
-    if text is None:
-        return
-    words = text.split()
-    numbers = [float(word) if _NUMBER.fullmatch(word) else math.nan for word in words]
-    largest = LARGEST_LIMIT if element.tag == "limit" else LARGEST
-    if len(numbers) != count or not all(abs(number) <= largest for number in numbers):
-        raise UrdfError(
-            f"line {element.sourceline}: <{element.tag} {attribute}={text!r}> must hold {count} finite "
-            f"number{'s' if count > 1 else ''} of at most {largest:g} (in {_place(element)})"
-        )
-
-
-def _place(element: Any) -> str:
-    owner = next((e for e in element.iterancestors("joint", "link")), None)
-    return "the robot" if owner is None else f"{owner.tag} {owner.get('name')!r}"
+def _check_spelling(root: Any) -> None:
+    for element in root.iterchildren("*"):
+        if element.tag.lower() in ("link", "joint") and element.tag not in ("link", "joint"):
+            raise UrdfError(f"line {element.sourceline}: <{element.tag}> must be written <{element.tag.lower()}>")
 
 
 def _check_joint(joint: Any, links: set[str]) -> None:
-    name, kind = joint.get("name"), joint.get("type")
-    if kind not in JOINT_TYPES:
-        raise UrdfError(f"joint {name!r} has type {kind!r}; possible are {', '.join(JOINT_TYPES)}")
+    name = joint.get("name")
     for end in ("parent", "child"):
         element = joint.find(end)
         link = None if element is None else element.get("link")
         if link not in links:
-            raise UrdfError(f"joint {name!r} has {end} link {link!r}, which does not exist")
-    if kind in ("revolute", "prismatic") and joint.find("limit") is None:
-        raise UrdfError(
-            f"joint {name!r} is {kind} but has no <limit>; add <limit lower= upper= velocity= effort=>"
-            + (", or make it continuous" if kind == "revolute" else "")
-        )
-    if (mimic := joint.find("mimic")) is not None and not mimic.get("joint"):
-        raise UrdfError(f"joint {name!r} has a <mimic> that names no joint")
-    if float(_attribute(joint, "limit", "velocity", "0")) < 0:
-        raise UrdfError(f"joint {name!r} has a negative speed limit")
-    if kind in (*MOVING_TYPES, "planar"):
-        length = math.hypot(*(float(word) for word in _attribute(joint, "axis", "xyz", "1 0 0").split()))
-        if length < LEAST_AXIS:
-            raise UrdfError(f"joint {name!r} has a zero axis")
-
-
-def _attribute(joint: Any, tag: str, attribute: str, default: str) -> str:
-    element = joint.find(tag)
-    return default if element is None else str(element.get(attribute, default))
+            raise UrdfError(
+                f"{named('joint', name)} has {end} link {None if link is None else shown(link)}, which does not exist"
+            )
+    origin = joint.find("origin")
+    for attribute in ("xyz", "rpy") if origin is not None else ():
+        text = origin.get(attribute)
+        if not are_numbers(text, 3):
+            raise UrdfError(
+                f"line {origin.sourceline}: <origin {attribute}={shown(text)}> must hold 3 finite numbers of at most "
+                f"{LARGEST:g} (in {named('joint', name)})"
+            )
 
 
 def _check_is_tree(links: list[str], joints: list[Any]) -> None:
@@ -149,12 +158,14 @@ def _check_is_tree(links: list[str], joints: list[Any]) -> None:
     for joint in joints:
         child = joint.find("child").get("link")
         if child in above:
-            raise UrdfError(f"link {child!r} is the child of two joints; a URDF is a tree")
+            raise UrdfError(f"link {shown(child)} is the child of two joints; a URDF is a tree")
         above[child] = joint.find("parent").get("link")
     roots = [link for link in links if link not in above]
     if len(roots) != 1:
-        found = ", ".join(roots) if roots else "none: the joints form a loop"
-        raise UrdfError(f"exactly one link must have no parent joint, found {found}")
+        found = ", ".join(link[:60] for link in roots[:10]) + (", …" if len(roots) > 10 else "")
+        raise UrdfError(
+            f"exactly one link must have no parent joint, found {found if roots else 'none: the joints form a loop'}"
+        )
     below: dict[str, list[str]] = {}
     for child, parent in above.items():
         below.setdefault(parent, []).append(child)
@@ -167,6 +178,6 @@ def _check_is_tree(links: list[str], joints: list[Any]) -> None:
             stack.append(child)
     lost = [link for link in links if link not in depth]
     if lost:
-        raise UrdfError(f"the joints form a loop through {', '.join(lost[:5])}")
+        raise UrdfError(f"the joints form a loop through {', '.join(link[:60] for link in lost[:5])}")
     if max(depth.values()) > MAX_DEPTH:
         raise UrdfError(f"it is {max(depth.values())} joints deep; more than {MAX_DEPTH} are refused")

@@ -1,8 +1,7 @@
-"""The shapes of a URDF: checks that they can be read, and turns them into values."""
+"""The shapes of a URDF: leaves out what cannot be read, and turns the others into values."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -10,48 +9,93 @@ import numpy as np
 
 from robust_ik.checks import Array, readonly
 from robust_ik.description import Box, Cylinder, Mesh, Shape, Sphere, Visual
-from robust_ik.errors import UrdfError
 from robust_ik.meshpaths import MeshPaths
+from robust_ik.notes import Notes, named
+from robust_ik.urdf_numbers import are_numbers, numbers, shown
 
-_NEEDED = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length"), "mesh": ("filename",)}
-_COUNTS = {"size": 3, "radius": 1, "length": 1}
-_POSITIVE = re.compile(r"\+?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
-_NUMBER = re.compile(rf"-?{_POSITIVE.pattern}")
+_NEEDED = {"box": {"size": 3}, "sphere": {"radius": 1}, "cylinder": {"radius": 1, "length": 1}, "mesh": {}}
+_LEFT_OUT = "it is left out, in drawings and where collisions are looked for"
+_MASSES = {
+    "origin": {"xyz": 3, "rpy": 3},
+    "mass": {"value": 1},
+    "inertia": {"ixx": 1, "ixy": 1, "ixz": 1, "iyy": 1, "iyz": 1, "izz": 1},
+}
+LARGEST_MASS = 1e18
 
 
-def check_shapes(root: Any) -> None:
-    """Refuses shapes that cannot be read; drops those of a kind that URDF does not have, such as capsules.
-
-    Raises:
-        UrdfError: Sizes are missing or not positive.
-    """
+def mend_shapes(root: Any, notes: Notes) -> None:
+    """Leaves out shapes, colours and masses that cannot be read, which kinematics can do without."""
     for link in root.findall("link"):
+        name = named("link", link.get("name"))
+        _mend_masses(link, name, notes)
         for part in [*link.findall("visual"), *link.findall("collision")]:
-            shapes = part.findall("geometry/*")
-            if not shapes or shapes[0].tag not in _NEEDED:
+            if problem := _problem(part):
                 link.remove(part)
-                continue
-            _check_shape(shapes[0], link.get("name"))
+                notes.add(f"a <{part.tag}> {problem}: {_LEFT_OUT}", name)
+            for material in part.findall("material"):
+                _mend_colour(material, name, notes)
+    seen: set[str] = set()
+    for material in root.findall("material"):
+        name = named("material", material.get("name", ""))
+        _mend_colour(material, name, notes)
+        if material.get("name") in seen:
+            root.remove(material)
+            notes.add("it is defined twice; the first is taken", name)
+        seen.add(material.get("name"))
 
 
-def _check_shape(shape: Any, link: str) -> None:
-    for attribute in _NEEDED[shape.tag]:
-        text = shape.get(attribute, "")
-        count = _COUNTS.get(attribute)
-        words = text.split()
-        if count is None:
+def _mend_masses(link: Any, name: str, notes: Notes) -> None:
+    for inertial in link.findall("inertial"):
+        if not all(
+            are_numbers(element.get(attribute), count, LARGEST_MASS)
+            for tag, attributes in _MASSES.items()
+            for element in inertial.findall(tag)
+            for attribute, count in attributes.items()
+        ):
+            link.remove(inertial)
+            notes.add("a mass or inertia that is no number is left out", name)
+
+
+def _mend_colour(material: Any, name: str, notes: Notes) -> None:
+    """Makes a colour four numbers: the first ones if there are more, opaque if there are three."""
+    for color in material.findall("color"):
+        found = numbers(color.get("rgba", ""))
+        if found is not None and len(found) == 4:
             continue
-        if len(words) != count or not all(_POSITIVE.fullmatch(word) and 0 <= float(word) <= 1e6 for word in words):
-            raise UrdfError(
-                f"line {shape.sourceline}: <{shape.tag}> of link {link!r} needs {attribute} with {count} "
-                f"number{'s' if count > 1 else ''} that are not negative, got {text!r}"
-            )
-    scale = shape.get("scale", "1").split()
-    if len(scale) not in (1, 3) or not all(_NUMBER.fullmatch(word) and abs(float(word)) <= 1e6 for word in scale):
-        raise UrdfError(
-            f"line {shape.sourceline}: <mesh> of link {link!r} needs a scale of 1 or 3 numbers, "
-            f"got {shape.get('scale')!r}"
-        )
+        if found is None or len(found) < 3:
+            material.remove(color)
+            notes.add("a colour that is not four numbers is left out", name)
+        else:
+            color.set("rgba", " ".join(f"{channel:g}" for channel in (*found, 1.0)[:4]))
+            notes.add(f"a colour of {len(found)} numbers is read as {color.get('rgba')}", name)
+
+
+def _problem(part: Any) -> str:
+    """Why a shape cannot be read; empty if it can."""
+    for origin in part.findall("origin"):
+        for attribute in ("xyz", "rpy"):
+            if not are_numbers(origin.get(attribute), 3):
+                return f"has <origin {attribute}={shown(origin.get(attribute))}>, which must hold 3 finite numbers"
+    shapes = part.findall("geometry/*")
+    if not shapes:
+        return "has no geometry"
+    if shapes[0].tag not in _NEEDED:
+        return f"is a {str(shapes[0].tag)[:60]}, which is no shape of a URDF"
+    return _size_problem(shapes[0])
+
+
+def _size_problem(shape: Any) -> str:
+    for attribute, count in _NEEDED[shape.tag].items():
+        found = numbers(shape.get(attribute, ""))
+        if found is None or len(found) != count or min(found) < 0:
+            given = shown(shape.get(attribute, ""))
+            numbers_ = "1 number that is" if count == 1 else f"{count} numbers that are"
+            return f"is a {shape.tag} that needs {attribute} with {numbers_} not negative, got {given}"
+    if shape.tag == "mesh" and (text := shape.get("scale")) is not None:
+        scale = numbers(text)
+        if scale is None or len(scale) not in (1, 3):
+            return f"is a mesh that needs a scale of 1 or 3 numbers, got {shown(text)}"
+    return ""
 
 
 def visuals(robot: Any, paths: MeshPaths) -> Iterator[Visual]:

@@ -151,14 +151,16 @@ OUTSIDE = """<?xml version="1.0"?><!DOCTYPE r [<!ENTITY x SYSTEM "file:///etc/ho
 
 BROKEN = {
     "billion laughs": (BILLION, "DOCTYPE"),
-    "external entity": (OUTSIDE, "external entity"),
+    "external entity": (OUTSIDE, "DOCTYPE"),
     "external entity in text": (OUTSIDE.replace('<link name="&x;"/>', '&x;<link name="a"/>'), "DOCTYPE"),
     "external DTD": ('<!DOCTYPE robot SYSTEM "http://example.com/x.dtd"><robot name="r"/>', "DOCTYPE"),
     "undefined entity": ('<robot name="&nope;"><link name="a"/></robot>', "not well-formed|Entity"),
     "truncated": (urdf(*TWO)[:150], "not well-formed XML"),
     "empty": ("", "not well-formed XML"),
     "no XML": ("hello", "not well-formed XML"),
-    "another root": ("<sdf/>", "root element is <sdf>"),
+    "another root": ("<launch/>", "root element is <launch>"),
+    "SDF": ("<sdf version='1.7'><model name='r'/></sdf>", "it is SDF, not a URDF: .*convert it"),
+    "MJCF": ("<mujoco model='r'><worldbody/></mujoco>", "it is MuJoCo's MJCF, not a URDF: .*convert it"),
     "no link": ("<robot name='r'/>", "no <link>"),
     "no limits": (urdf(joint(inside=""), TWO[1]), "joint 'j1' is revolute but has no <limit>.*continuous"),
     "no limits prismatic": (urdf(joint(kind="prismatic", inside=""), TWO[1]), "prismatic but has no <limit>"),
@@ -166,8 +168,8 @@ BROKEN = {
         urdf(joint(inside='<limit lower="1" upper="-1" velocity="1" effort="1"/>'), TWO[1]),
         "'j1' has its limits reversed: lower 1.0 > upper -1.0",
     ),
-    "unknown type": (urdf(joint(kind="spherical")), "type 'spherical'; possible are revolute"),
-    "no type": (urdf(joint().replace('type="revolute"', "")), "type None"),
+    "unknown type": (urdf(joint(kind="spherical"), TWO[1]), "type 'spherical'; possible are revolute"),
+    "no type": (urdf(joint().replace('type="revolute"', ""), TWO[1]), "type None"),
     "no parent": (urdf(joint().replace('<parent link="a"/>', "")), "parent link None"),
     "unknown child": (urdf(joint(child="zz")), "child link 'zz', which does not exist"),
     "two of a name": (urdf(joint(), joint(parent="b", child="c")), "two joints are called 'j1'"),
@@ -198,7 +200,7 @@ BROKEN = {
 def test_a_broken_or_unsafe_urdf_is_refused_in_one_sentence(case):
     text, match = BROKEN[case]
     with pytest.raises(rik.UrdfError, match=match) as caught:
-        parse_urdf(text, source="x.urdf")
+        rik.Robot.from_description(parse_urdf(text, source="x.urdf"))
     assert str(caught.value).startswith("x.urdf: ")
     assert "\n" not in str(caught.value)
     assert len(str(caught.value)) < 400
@@ -458,12 +460,14 @@ def test_a_link_frame_is_meant_where_a_joint_has_the_same_name():
 
 MORE_BROKEN = {
     "huge number": (urdf(joint().replace("1 0 0", "1e308 0 0"), TWO[1]), "at most 1e\\+06"),
+    "upper case": (
+        urdf(*TWO).replace("<joint", "<Joint").replace("</joint", "</Joint"),
+        "<Joint> must be written <joint>",
+    ),
     "underscore": (urdf(joint(inside='<limit lower="-1_0" upper="1"/>'), TWO[1]), "1 finite number "),
     "negative speed": (urdf(joint(inside='<limit lower="-1" upper="1" velocity="-1"/>'), TWO[1]), "negative speed"),
-    "bad damping": (urdf(joint(inside=LIMIT + '<dynamics damping="much"/>'), TWO[1]), "dynamics damping='much'"),
     "mimic of no name": (urdf(joint(inside=LIMIT + "<mimic/>"), TWO[1]), "<mimic> that names no joint"),
     "half a limit": (urdf(joint(inside='<limit lower="0.5"/>'), TWO[1]), "upper 0.0 .one that is not stated is 0"),
-    "namespace": (urdf(*TWO).replace("<robot", "<robot xmlns='http://x'"), "default XML namespace"),
     "surrogate": (urdf(*TWO).replace('"r"', '"\ud800"'), "not text"),
 }
 
@@ -472,38 +476,251 @@ MORE_BROKEN = {
 def test_more_that_is_broken_is_refused_in_one_sentence(case):
     text, match = MORE_BROKEN[case]
     with pytest.raises(rik.UrdfError, match=match):
-        parse_urdf(text)
+        rik.Robot.from_description(parse_urdf(text))
 
 
 SHAPES = {
     "<box size='1 2'/>": "needs size with 3 numbers",
     "<box/>": "needs size with 3 numbers",
+    "<box size='1 -2 1'/>": "needs size with 3 numbers that are not negative",
     "<sphere radius='-1'/>": "radius with 1 number",
     "<cylinder radius='1'/>": "length with 1 number",
     "<cylinder radius='nan' length='1'/>": "radius with 1 number",
     "<mesh filename='x.stl' scale='2 2'/>": "scale of 1 or 3 numbers",
+    "<mesh filename='x.stl' scale='1 1 1 1'/>": "scale of 1 or 3 numbers",
     "<mesh filename='x.stl' scale='nan inf 1'/>": "scale of 1 or 3 numbers",
+    "": "has no geometry",
+    "<capsule radius='1' length='2'/>": "is a capsule",
 }
 
 
 @pytest.mark.parametrize("part", ["visual", "collision"])
 @pytest.mark.parametrize("shape", SHAPES)
-def test_a_shape_that_cannot_be_is_refused(shape, part):
-    text = f"<robot name='r'><link name='a'><{part}><geometry>{shape}</geometry></{part}></link></robot>"
-    with pytest.raises(rik.UrdfError, match=SHAPES[shape]):
-        parse_urdf(text)
-
-
-@pytest.mark.parametrize("shape", ["", "<capsule radius='1' length='2'/>"])
-def test_a_shape_that_urdf_does_not_have_is_left_out(shape):
-    text = f"<robot name='r'><link name='a'><visual><geometry>{shape}</geometry></visual></link></robot>"
-    assert parse_urdf(text).visuals == ()
+def test_a_shape_that_cannot_be_is_left_out_and_that_is_noted(shape, part):
+    good = f"<{part}><geometry><sphere radius='1'/></geometry></{part}>"
+    bad = f"<{part}><geometry>{shape}</geometry></{part}>"
+    description = parse_urdf(f"<robot name='r'><link name='a'>{bad}{good}</link></robot>")
+    assert [each.shape for each in description.solids] == [Sphere(1)]
+    (note,) = description.notes
+    assert re.search(f"link 'a': a <{part}> .*{SHAPES[shape]}.*left out", note)
 
 
 def test_text_is_read_as_it_is_whatever_encoding_it_declares():
     text = '<?xml version="1.0" encoding="ISO-8859-1"?>' + urdf(joint("é"), TWO[1])
     assert parse_urdf(text).joints[0].name == "é"
     assert parse_urdf(text.encode("latin-1")).joints[0].name == "é"
+
+
+# ------------------------------------------------------------------------------ what is mended, and what is noted
+PLAIN = urdf(*TWO)
+MENDED = {
+    "prefix of an element": (PLAIN.replace("</robot>", "<drake:acceleration value='1'/></robot>"), "drake:accel"),
+    "prefix of an attribute": (PLAIN.replace("effort=", "drake:acceleration='4' effort="), "limit drake:acceleration"),
+    "prefix inside gazebo": (
+        PLAIN.replace("</robot>", "<gazebo><sensor:camera n:a='b' xmlns:n='' /></gazebo></robot>"),
+        "sensor:camera",
+    ),
+    "two colons": (PLAIN.replace("</robot>", "<a:b:c/></robot>"), "a:b:c"),
+    "blank line": ("\n" + '<?xml version="1.0"?>' + PLAIN, "very beginning"),
+    "comment first": ('<!-- by hand -->\n<?xml version="1.0"?>' + PLAIN, "very beginning"),
+    "mark and blank": ('\ufeff <?xml version="1.0"?>' + PLAIN, "very beginning"),
+    "version 0.0": ('<?xml version="0.0"?>' + PLAIN, "version '0.0' is read as 1.0"),
+    "two hyphens": (PLAIN.replace("</robot>", "<!-- a -- b\n---></robot>"), "'--'"),
+    "control characters": (PLAIN.replace("</robot>", "<gazebo>\x01&#2;</gazebo></robot>\0"), "control characters"),
+    "bare ampersand": (PLAIN.replace("</robot>", "<gazebo a='R & D'>x&y &amp; z</gazebo></robot>"), "bare '&'"),
+    "bare less-than": (PLAIN.replace("</robot>", "<gazebo a='1 < 2'/></robot>"), "bare '<'"),
+    "no space": (PLAIN.replace("</robot>", "<gazebo a='1'b='2'/></robot>"), "without a space"),
+    "default namespace": (PLAIN.replace("<robot", "<robot xmlns='http://x'"), "default XML namespace"),
+    "all of it": (
+        '\n<?xml version="0.0"?><!-- -- -->' + PLAIN.replace("</robot>", "<p:q a='&' b='<'c='\x02'/></robot>"),
+        "<p:q>",
+    ),
+}
+
+
+@pytest.mark.parametrize("form", ["text", "bytes"])
+@pytest.mark.parametrize("case", MENDED)
+def test_what_lenient_readers_read_is_mended_and_noted(case, form):
+    text, match = MENDED[case]
+    description = parse_urdf(text if form == "text" else text.encode())
+    assert any(match in note for note in description.notes)
+    plain = parse_urdf(PLAIN)
+    assert (description.links, description.joints) == (plain.links, plain.joints)
+
+
+def test_sound_files_have_nothing_to_note():
+    for head in ("", '<?xml version="1.0"?>\n', '\ufeff<?xml version="1.0" encoding="utf-8"?><!-- a - b -->'):
+        text = head + PLAIN.replace("</robot>", "<gazebo xmlns:s='http://s'><s:c s:d='&lt;'/></gazebo></robot>")
+        assert parse_urdf(text).notes == parse_urdf(text.encode()).notes == ()
+
+
+@pytest.mark.parametrize("case", ["prefix of an element", "two hyphens", "bare ampersand", "default namespace"])
+@pytest.mark.parametrize("entity", [BILLION, OUTSIDE], ids=["billion", "outside"])
+def test_a_doctype_stays_refused_behind_what_could_be_mended(case, entity):
+    head = entity[entity.index("<!DOCTYPE") : entity.index("]>") + 2]
+    for text in (head + MENDED[case][0], "\n" + '<?xml version="1.0"?>' + head + MENDED[case][0]):
+        with pytest.raises(rik.UrdfError, match="DOCTYPE"):
+            parse_urdf(text)
+        with pytest.raises(rik.UrdfError, match="DOCTYPE"):
+            parse_urdf(text.encode())
+
+
+def test_an_entity_stays_refused_behind_what_could_be_mended():
+    with pytest.raises(rik.UrdfError, match="not well-formed XML"):
+        parse_urdf("\n" + '<?xml version="1.0"?>' + PLAIN.replace('"a"', '"&nope;"', 1))
+
+
+@pytest.mark.parametrize("encoding", ["latin-1", "cp1252", "utf-8", "utf-16", "utf-8-sig"])
+def test_bytes_of_any_usual_encoding_are_read_though_none_is_declared(encoding):
+    description = parse_urdf(urdf(joint("é"), TWO[1]).encode(encoding))
+    assert description.joints[0].name == "é"
+    assert any("Windows-1252" in note for note in description.notes) == (encoding in ("latin-1", "cp1252"))
+
+
+def test_one_stray_byte_does_not_spoil_the_others():
+    data = urdf(joint("é"), TWO[1]).encode() + b"<!-- \xe9 -->"
+    assert parse_urdf(data).joints[0].name == "é"
+
+
+def test_an_encoding_that_is_declared_counts_also_where_something_is_mended():
+    text = '<?xml version="1.0" encoding="gbk"?>' + urdf(joint("臂"), TWO[1]).replace("</robot>", "<a:b/></robot>")
+    assert parse_urdf(text.encode("gbk")).joints[0].name == "臂"
+
+
+def test_names_with_a_prefix_are_no_joints_and_no_links():
+    inside = "<x:joint name='j9'/><x:link name='z'/>"
+    description = parse_urdf(PLAIN.replace("</robot>", inside + "</robot>"))
+    assert [each.name for each in description.joints] == ["j1", "j2"]
+    assert description.links == ("a", "b", "c")
+
+
+UNUSED = {
+    "inertia": (
+        '<link name="c"/>',
+        '<link name="c"><inertial><mass value="nan"/></inertial></link>',
+        "mass or inertia",
+    ),
+    "inertia of words": (
+        '<link name="c"/>',
+        '<link name="c"><inertial><origin xyz="0 0"/><inertia ixx="inf" iyy="heavy"/></inertial></link>',
+        "mass or inertia",
+    ),
+    "damping": (LIMIT, LIMIT + '<dynamics damping="much"/>', "<dynamics>"),
+    "empty dynamics": (LIMIT, LIMIT + "<dynamics/>", "<dynamics>"),
+    "safety": (LIMIT, LIMIT + '<safety_controller soft_lower_limit="x"/>', "<safety_controller>"),
+    "calibration": (LIMIT, LIMIT + '<calibration rising="x"/>', "<calibration>"),
+    "effort": ('effort="4"', 'effort="NaN"', "an effort"),
+    "materials": ("</robot>", '<material name="m"/><material name="m"/></robot>', "material 'm': it is defined twice"),
+    "colour": ("</robot>", '<material name="m"><color rgba="red"/></material></robot>', "a colour that"),
+}
+
+
+@pytest.mark.parametrize("case", UNUSED)
+def test_what_kinematics_never_use_is_left_out_where_it_cannot_be_read(case):
+    old, new, match = UNUSED[case]
+    robot = rik.Robot.from_description(parse_urdf(PLAIN.replace(old, new)))
+    plain = rik.Robot.from_description(parse_urdf(PLAIN))
+    assert any(match in note for note in robot.description.notes)
+    assert_allclose(robot.jacobian([0.3, 0.4]), plain.jacobian([0.3, 0.4]))
+    assert np.isfinite(robot.model.inertias[1].mass)
+
+
+def test_numbers_in_elements_of_other_programs_are_not_read():
+    inside = (
+        "<gazebo><origin xyz='a b'/><mass value='nan'/></gazebo><transmission name='t'><axis xyz='0'/></transmission>"
+    )
+    assert parse_urdf(PLAIN.replace("</robot>", inside + "<sensor><limit lower='?'/></sensor></robot>")).notes == ()
+
+
+@pytest.mark.parametrize(
+    "given, read", [("1 0 0", (1, 0, 0, 1)), ("1 0 0 0.5 9", (1, 0, 0, 0.5)), ("1 0", None), ("red", None)]
+)
+def test_a_colour_of_three_or_five_numbers_is_read_and_others_are_left_out(given, read):
+    visual = f"<visual><geometry><sphere radius='1'/></geometry><material name='m'><color rgba='{given}'/></material>"
+    description = parse_urdf(f"<robot name='r'><link name='a'>{visual}</visual></link></robot>")
+    assert description.visuals[0].color == read
+    assert "colour" in description.notes[0]
+
+
+SIDE = {
+    "limits reversed": joint("f", "prismatic", "b", "d", '<limit lower="1" upper="0" velocity="1" effort="1"/>'),
+    "zero axis": joint("f", parent="b", child="d", axis="0 0 0"),
+    "axis": joint("f", parent="b", child="d", axis="0 1"),
+    "no <limit>": joint("f", parent="b", child="d", inside=""),
+    "limit lower": joint("f", parent="b", child="d", inside='<limit lower="-pi" upper="1"/>'),
+    "negative speed": joint("f", parent="b", child="d", inside='<limit lower="-1" upper="1" velocity="-1"/>'),
+    "names no joint": joint("f", parent="b", child="d", inside=LIMIT + "<mimic/>"),
+    "multiplier": joint("f", parent="b", child="d", inside=LIMIT + '<mimic joint="j1" multiplier="x"/>'),
+    "mimics itself": joint("f", parent="b", child="d", inside=LIMIT + '<mimic joint="f"/>'),
+    "has type 'screw'": joint("f", "screw", "b", "d"),
+}
+
+
+@pytest.mark.parametrize("defect", SIDE)
+def test_a_joint_that_cannot_move_is_an_error_only_for_what_it_moves(defect):
+    text = urdf(*TWO, SIDE[defect], links="abcd")
+    description = parse_urdf(text)
+    robot = rik.Robot.from_description(description, "c")
+    assert robot.joint_names == ("j1", "j2")
+    assert any(note.startswith("joint 'f': ") and defect in note for note in description.notes)
+    assert robot.pose(robot.neutral, "d").shape == (4, 4)
+    with pytest.raises(rik.UrdfError, match=f"joint 'f'.*{defect}.*the tip 'd' depends on it"):
+        rik.Robot.from_description(description, "d")
+    with pytest.raises(rik.UrdfError, match=f"joint 'f'.*{defect}"):
+        rik.Robot.from_description(description, whole_tree=True)
+
+
+def test_a_joint_that_follows_one_that_cannot_move_is_refused_too():
+    text = urdf(SIDE["mimics itself"].replace('"b"', '"a"'), joint(inside=LIMIT + '<mimic joint="f"/>'), links="abd")
+    description = parse_urdf(text)
+    with pytest.raises(rik.UrdfError, match="joint 'f'.*mimics itself"):
+        rik.Robot.from_description(description, "b")
+
+
+def test_reversed_limits_of_a_follower_are_passed_over():
+    follower = joint(
+        "j2", parent="b", child="c", inside='<limit lower="1" upper="-1" velocity="1"/><mimic joint="j1"/>'
+    )
+    robot = rik.Robot.from_description(parse_urdf(urdf(joint(), follower)), "c")
+    assert (robot.lower[0], robot.upper[0]) == (-1, 2)
+    assert any("joint 'j2'" in note and "reversed" in note for note in robot.description.notes)
+
+
+def test_many_notes_of_a_kind_are_one_sentence_with_a_count():
+    shape = "<visual><geometry><box/></geometry></visual>"
+    links = "".join(f'<link name="x{i}">{shape}</link>' for i in range(50))
+    joints = "".join(joint(f"f{i}", "fixed", "a", f"x{i}", "") for i in range(50))
+    (note,) = parse_urdf(PLAIN.replace("</robot>", links + joints + "</robot>")).notes
+    assert "(50 in all)" in note
+    assert len(note) < 400
+
+
+# ------------------------------------------------------------------------------------------------------- xacro
+@pytest.mark.parametrize(
+    "old, new",
+    [
+        ('xyz="1 0 0"', 'xyz="${length} 0 0"'),
+        ('name="a"', 'name="$(arg prefix)a"'),
+        ('lower="-1"', 'lower="${-pi}"'),
+        ("</robot>", '<xacro:arm prefix="a"/></robot>'),
+        ("</robot>", '<xacro:if value="1"><link name="e"/></xacro:if></robot>'),
+        ('<axis xyz="0 0 1"/>', '<xacro:insert_block name="axis"/>'),
+    ],
+)
+def test_xacro_that_was_not_expanded_is_named_as_such(old, new):
+    text = PLAIN.replace("<robot", "<robot xmlns:xacro='http://www.ros.org/wiki/xacro'").replace(old, new, 1)
+    with pytest.raises(rik.UrdfError, match=r"xacro that was not expanded: line 1 .*robust-ik\[xacro\]"):
+        parse_urdf(text)
+
+
+@pytest.mark.parametrize("declared", [True, False])
+@pytest.mark.parametrize("left", ["<xacro:property name='w' value='1'/>", "<xacro:include filename='x.xacro'/>"])
+def test_what_is_left_of_xacro_and_does_no_harm_is_noted(declared, left):
+    text = PLAIN.replace("</robot>", left + "</robot>")
+    if declared:
+        text = text.replace("<robot", "<robot xmlns:xacro='http://www.ros.org/wiki/xacro'")
+    assert any("<xacro:" in note for note in parse_urdf(text).notes)
+    assert parse_urdf(text).joints == parse_urdf(PLAIN).joints
 
 
 def test_files_that_cannot_be_read_are_refused(tmp_path):

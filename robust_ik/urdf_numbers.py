@@ -1,0 +1,31 @@
+"""Numbers as a URDF writes them."""
+
+from __future__ import annotations
+
+import math
+import re
+
+LARGEST = 1e6
+"""Metres and radians as written, far below where products overflow."""
+LONGEST = 80
+"""Characters of a text that are shown."""
+_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
+
+
+def numbers(text: str, largest: float = LARGEST) -> tuple[float, ...] | None:
+    """The numbers of a text, with blanks between them; None if a word is no number or is larger than `largest`."""
+    found = tuple(float(word) if _NUMBER.fullmatch(word) else math.nan for word in text.split())
+    return found if all(abs(number) <= largest for number in found) else None
+
+
+def are_numbers(text: str | None, count: int, largest: float = LARGEST) -> bool:
+    """Whether a text holds so many numbers; a text that is not there may be left out."""
+    if text is None:
+        return True
+    found = numbers(text, largest)
+    return found is not None and len(found) == count
+
+
+def shown(text: str) -> str:
+    """A text for a message, cut where it is long."""
+    return repr(text if len(text) <= LONGEST else text[:LONGEST] + "…")

@@ -1,0 +1,61 @@
+"""Tells a URDF from xacro that was not expanded, which is a program that writes one."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+from lxml import etree
+
+from robust_ik.errors import UrdfError
+from robust_ik.notes import Notes
+from robust_ik.urdf_numbers import shown
+
+HOW = (
+    "expand it: name the file .xacro and install robust-ik[xacro], or run 'xacro FILE > robot.urdf' (with ROS) or "
+    "'xacrodoc FILE -o robot.urdf' (without)"
+)
+_SUBSTITUTION = re.compile(r"\$[{(]")
+_HARMLESS = ("property", "arg", "macro", "include")
+"""What adds no link and no joint where it stands; an include is noted all the same."""
+_SHAPES = ("visual", "collision", "inertial")
+
+
+def check_expanded(root: Any, notes: Notes) -> None:
+    """Refuses xacro that would still change links and joints; notes and drops what is left of it.
+
+    Raises:
+        UrdfError: The file is unexpanded xacro.
+    """
+    for element in (root, *_kinematic(root)):
+        for attribute, text in element.attrib.items():
+            if _SUBSTITUTION.search(text):
+                raise UrdfError(
+                    f"it is xacro that was not expanded: line {element.sourceline} has {attribute}={shown(text)}; {HOW}"
+                )
+    for parent in (root, *root.findall("link"), *root.findall("joint")):
+        for element in [each for each in parent if etree.QName(each).namespace and each.prefix == "xacro"]:
+            name = etree.QName(element).localname[:60]
+            if _would_add(element, parent):
+                raise UrdfError(
+                    f"it is xacro that was not expanded: line {element.sourceline} has <xacro:{name}>; {HOW}"
+                )
+            parent.remove(element)
+            notes.add(
+                "left over from xacro, and passed over: expand the file if that is still to be done", f"<xacro:{name}>"
+            )
+
+
+def _would_add(element: Any, parent: Any) -> bool:
+    """Whether xacro would put something that kinematics need in the place of an element."""
+    if parent.tag == "link" or etree.QName(element).namespace.startswith("urn:undeclared:"):
+        return False
+    return etree.QName(element).localname not in _HARMLESS
+
+
+def _kinematic(root: Any) -> Iterator[Any]:
+    """Links and joints, and what is inside joints."""
+    yield from root.iterchildren("link")
+    for joint in root.iterchildren("joint"):
+        yield from joint.iter("*")
