@@ -58,6 +58,9 @@ def spread(
 ) -> Any:
     """What `measure` gives from a start, and from `count` starts that differ from it by `amount`.
 
+    Feedback lets such a difference fade: where a path leads through a singularity exactly, how near a step comes to it
+    is up to rounding all the same, and the spread is too narrow. State a bound there.
+
     Args:
         measure: From a start, (n,), to a number, or to a mapping of names to numbers.
         start: Where the experiment begins, (n,).
