@@ -327,7 +327,10 @@ def passed(which: str) -> Claim:
         f"PUMA 560, {which}: the clamp lowers joint speeds", "for equal modification",
         {"plain": spread(lambda q0: peak("pseudo-inverse", q0), scenario.q0, count=2), "one": peak(ONE),
          "two": peak(TWO), "equal": peak("(11), λ = d_min²"), "times": 1.5},
-        "Algorithm 1 {one:.3g}, Algorithm 2 {two:.3g}, (11) with λ = d_min² {equal:.3g} rad/s; J⁺ over {times} times the "
-        "first", "two < one < plain / times", "how near J⁺ comes to σ = 0 in a step, and so its peak, hangs on rounding; "
-        "plain damping of equal safety is below both", "motion: ours",
+        "Algorithm 1 {one:.3g}, Algorithm 2 {two:.3g}, (11) with λ = d_min² {equal:.3g} rad/s; J⁺ over {times} times "
+        "the first",
+        "two < one < plain / times",
+        "how near J⁺ comes to σ = 0 in a step, and so its peak, hangs on rounding; plain damping of equal safety is "
+        "below both",
+        "motion: ours",
     )  # fmt: skip
