@@ -17,8 +17,9 @@ SMALLEST = 8
 def warmup(robot: Robot | None = None, *, progress: Told | None = None) -> float:
     """Compiles whatever is compiled, or reads it from disk, where a machine keeps it from the first time on.
 
-    The first time on a machine takes about a minute, later ones a second, most of it to import Numba. Where compiled
-    code is kept, and what to do where nothing can be written: docs/speed.md.
+    The first time on a machine takes about two minutes of one core, later ones a second, most of it to import Numba;
+    docs/speed.md has the seconds of each kernel, where compiled code is kept, and what to do where nothing can be
+    written.
 
     Args:
         robot: Leave out what is for robots of another size; by default everything, for any robot.

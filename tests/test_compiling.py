@@ -17,7 +17,8 @@ import pytest
 
 import robust_ik as rik
 from robust_ik import kernels, warming
-from robust_ik.kernels import compiling, formulas, store
+from robust_ik.cli.warmup import warmup as warmup_command
+from robust_ik.kernels import announcing, compiling, formulas, store
 from robust_ik.kernels.compiling import FLOAT, Kernel, callback, every_kernel, filled
 
 PANDA = rik.load("panda")
@@ -191,7 +192,7 @@ def package(tmp_path):
     below = tmp_path / "here" / "robust_ik" / "kernels"
     below.mkdir(parents=True)
     (below.parent / "__init__.py").touch()
-    for name in ("__init__.py", "compiling.py", "store.py"):
+    for name in ("__init__.py", "announcing.py", "compiling.py", "store.py"):
         shutil.copy(Path(kernels.__file__).parent / name, below)
     (below / "inner.py").write_text(
         "from robust_ik.kernels.compiling import inlined\n@inlined\ndef twice(x):\n    return 2 * x\n"
@@ -274,6 +275,46 @@ def test_warmup_compiles_all_kernels_and_tells_how_far_it_is(folder, monkeypatch
     assert rik.warmup(progress=lambda *step: told.append(step)) > 0
     assert told == [(0, 3), (1, 3), (2, 3), (3, 3)]
     assert len(list(folder.iterdir())) == 3  # of what SDLS does nothing is compiled
+
+
+def test_what_takes_long_to_compile_says_so_and_only_when_it_is_not_on_disk(folder, monkeypatch, caplog):
+    monkeypatch.setattr(announcing, "MISSED", [])
+    monkeypatch.setitem(announcing.SECONDS, announcing.kernel_name(double), 25)
+    monkeypatch.setitem(announcing.WHAT, __name__.rpartition(".")[2], "the doubling")
+    doubling()
+    assert [each.message for each in caplog.records] == [
+        "compiling the doubling (double), once on this machine, about 25 s"
+    ]
+    doubling()
+    assert len(caplog.records) == 1
+    assert len(announcing.MISSED) == 1
+
+
+def test_what_is_compiled_in_a_moment_says_nothing(folder, caplog):
+    doubling()
+    assert not caplog.records
+
+
+def test_it_is_known_of_every_kernel_what_it_is_for_and_how_long_it_takes():
+    names = {announcing.kernel_name(each._function) for each in every_kernel()}
+    ours = {
+        name
+        for name in names
+        if name.partition(".")[0] in {each.name for each in pkgutil.iter_modules(kernels.__path__)}
+    }
+    assert ours == set(announcing.SECONDS)
+    assert {name.partition(".")[0] for name in ours} == set(announcing.WHAT)
+
+
+def test_the_command_warms_up_and_says_what_it_did(folder, monkeypatch, capsys):
+    monkeypatch.setattr(announcing, "MISSED", [])
+    monkeypatch.setattr(compiling, "every_kernel", lambda: [Kernel(double, (filled(1),))])
+    monkeypatch.setattr(warming, "CLASSES", ())
+    warmup_command()
+    assert "compiled 1 function;" in capsys.readouterr().out
+    announcing.MISSED.clear()
+    warmup_command("panda")
+    assert "everything had been compiled before" in capsys.readouterr().out
 
 
 def test_after_the_warmup_of_a_robot_nothing_is_compiled_for_it(monkeypatch):

@@ -8,7 +8,7 @@ import typer
 from rich.markup import escape
 
 import robust_ik
-from robust_ik.cli import compare, demo, inverses, robots, singularities
+from robust_ik.cli import compare, demo, inverses, robots, singularities, warmup
 from robust_ik.cli.shared import console, errors
 from robust_ik.errors import RobustIKError
 
@@ -29,6 +29,7 @@ COMMANDS = (
     singularities.certify,
     singularities.verify,
     robots.export,
+    warmup.warmup,
 )
 for command in COMMANDS:
     app.command()(command)

@@ -22,6 +22,8 @@ from typing import Any
 import numba
 import numpy as np
 
+from robust_ik.kernels.announcing import announce
+
 FOLDER = Path(__file__).parent
 SUFFIX = ".kernel"
 KEPT = 8
@@ -65,6 +67,7 @@ class Store:
 
     def __init__(self, function: Callable[..., Any]) -> None:
         source = Path(function.__code__.co_filename)
+        self._function = function
         self._name = f"{source.stem}.{function.__qualname__}".replace("<locals>", "_")
         self._source = _digest(*(part.encode() for part in _made_of(function, {})), SOURCES)
 
@@ -79,6 +82,7 @@ class Store:
                 return CompileResult._rebuild(target, *pickle.loads(content))
         except Exception as error:
             _tell(f"{self._name} is compiled again: {error!r}")
+        announce(self._function)
         return None
 
     def save_overload(self, signature: Any, compiled: Any) -> None:

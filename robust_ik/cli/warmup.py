@@ -1,0 +1,44 @@
+"""`robust-ik warmup`: compiles ahead, so that nobody waits for it later."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from robust_ik.cli.shared import PackageDirOption, TipOption, console, errors
+
+
+def warmup(
+    robot: Annotated[
+        str | None,
+        typer.Argument(metavar="[ROBOT]", help="Leave out what is for robots of another size. Default: everything."),
+    ] = None,
+    tip: TipOption = None,
+    package_dir: PackageDirOption = None,
+) -> None:
+    """Compile what control loops, pose solvers and searches run, once on this machine; later it is read from disk."""
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    from robust_ik.loading import load
+    from robust_ik.warming import warmup as compile_ahead
+
+    arm = None if robot is None else load(robot, tip, package_dirs=package_dir or ())
+    columns = (
+        SpinnerColumn(),
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal) as bar:
+        task = bar.add_task("compiling, or reading from disk", total=None)
+        seconds = compile_ahead(arm, progress=lambda done, total: bar.update(task, completed=done, total=total))
+    from robust_ik.kernels.announcing import MISSED  # imports Numba
+
+    compiled = (
+        f"compiled {len(MISSED)} function{'s' if len(MISSED) > 1 else ''}"
+        if MISSED
+        else "everything had been compiled before"
+    )
+    console.print(f"Ready: {compiled}; it took {seconds:.1f} s.")
