@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from lxml import etree
 
 from robust_ik.description import (
@@ -17,6 +18,7 @@ from robust_ik.description import (
     Joint,
     Mimic,
 )
+from robust_ik.dh import screw
 from robust_ik.errors import UrdfError
 from robust_ik.files import read_file
 from robust_ik.meshpaths import MeshPaths
@@ -102,6 +104,41 @@ def fix_joints(xml: str, keep: set[str]) -> str:
         if joint.get("name") not in keep:
             joint.set("type", "fixed")
     return str(etree.tostring(root, encoding="unicode"))
+
+
+def lock_slides(description: Description, values: Mapping[str, float]) -> Description:
+    """The description with joints that slide fixed where they are.
+
+    Args:
+        description: A description.
+        values: Position of each of these joints, m, by name; they slide, and so do all that follow them.
+    """
+    root = etree.fromstring(description.xml.encode())
+    places = {name: driver.multiplier * values[driver.source] + driver.offset
+              for name, driver in description.driver.items() if driver.source in values}  # fmt: skip
+    for joint in root.findall("joint"):
+        if (place := places.get(joint.get("name"))) is not None:
+            _fix_slide(joint, place)
+    joints = tuple(
+        replace(joint, kind="fixed", mimic=None) if joint.name in places else joint for joint in description.joints
+    )
+    return replace(description, xml=str(etree.tostring(root, encoding="unicode")), joints=joints)
+
+
+def _fix_slide(joint: Any, place: float) -> None:
+    """Makes a joint fixed, its origin where the slide is at `place`, m."""
+    origin = joint.find("origin")
+    if origin is None:
+        origin = etree.SubElement(joint, "origin")
+    turned = np.eye(3)
+    for about, angle in enumerate(float(word) for word in origin.get("rpy", "0 0 0").split()):
+        turned = screw(about, angle, 0.0)[:3, :3] @ turned
+    axis = [float(word) for word in joint.find("axis").get("xyz").split()]
+    start = [float(word) for word in origin.get("xyz", "0 0 0").split()]
+    origin.set("xyz", " ".join(repr(float(each)) for each in start + place * (turned @ axis)))
+    joint.set("type", "fixed")
+    for each in joint.findall("mimic"):
+        joint.remove(each)
 
 
 def _parse(root: Any) -> Any:

@@ -69,8 +69,30 @@ def _write_page(path: Path, runs: dict[str, Trajectory], scenario: Stretch) -> N
         runs,
         title=f"{robot.name}: out of reach, and back",
         text=f"The target leaves the arm's reach of {scenario.reach.distance:.3f} m by {_beyond(scenario):.0%} and "
-        "comes back. At the end of its reach the arm is singular.",
+        f"comes back. {at_the_end(runs)} {kept(scenario)}",
     )
+
+
+SINGULAR = 0.01
+"""σ over the largest one, below which the page calls the arm singular."""
+
+
+def at_the_end(runs: dict[str, Trajectory]) -> str:
+    """Whether the arm is singular at the end of its reach, as the runs have it."""
+    run = min(runs.values(), key=lambda each: float((each.sigma[:, -1] / each.sigma[:, 0]).min()))
+    share = run.sigma[:, -1] / run.sigma[:, 0]
+    if share.min() < SINGULAR:
+        return f"At the end of its reach the arm is singular: the smallest σ falls to {share.min():.1g} of the largest."
+    return f"At the end of its reach the arm is not singular: σ stays above {share.min():.1g} of the largest."
+
+
+def kept(scenario: Stretch) -> str:
+    """Which limits the runs keep, and which not."""
+    if scenario.limits:
+        return "Joints that slide stay within their limits; no other limits are enforced."
+    locked = scenario.locked
+    still = f"; {' and '.join(locked)} {'stand' if len(locked) > 1 else 'stands'} still" if locked else ""
+    return f"Limits of joints and of speeds are not enforced, to show what each method does by itself{still}."
 
 
 def _methods(names: list[str] | None) -> dict[str, RobustInverse]:
@@ -85,7 +107,8 @@ def _explain_rows(arm: Robot, scenario: Stretch) -> None:
     rows, reach = scenario.robot.rows, scenario.reach.distance
     console.print(
         f"[bold]{escape(arm.name)}[/]: {arm.n} joints, tip {escape(str(arm.tip))}, reach {reach:.3f} m; "
-        f"the target goes {_beyond(scenario):.0%} beyond it and back in {scenario.path.duration:.0f} s"
+        f"the target goes {_beyond(scenario):.0%} beyond it and back in {scenario.path.duration:.0f} s. "
+        f"{escape(kept(scenario))}"
     )
     if rows != arm.rows:
         console.print(f"{arm.n} joints cannot move it in all of {' '.join(arm.rows)}: it follows {' '.join(rows)}.")

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robust_ik.checks import Array
 from robust_ik.errors import TipError
 from robust_ik.inverses import RobustInverse
-from robust_ik.linalg import RANK_TOLERANCE, lost_directions, singular_values, svd
+from robust_ik.limits import JointLimits
+from robust_ik.linalg import RANK_TOLERANCE, singular_values, svd
 from robust_ik.paths import OutAndBack
 from robust_ik.reach import Reach, find_reach
 from robust_ik.robot import Robot
@@ -18,6 +20,7 @@ from robust_ik.rows import always_deficient, movable_rows
 from robust_ik.simulation import simulate
 from robust_ik.tasks import Follow
 from robust_ik.trajectory import Trajectory
+from robust_ik.urdf import lock_slides
 
 BEYOND = 1.1
 PULL = 0.3
@@ -32,11 +35,15 @@ _HALF_STRETCHED = 0.8
 class Stretch:
     """A motion to run with any inverse.
 
+    Position and speed limits are not kept: they would hide what an inverse does. Joints that slide stand still, so that
+    none follows the target for a kilometre; where nothing else moves the tip about, they keep within their limits. The
+    reach is the one that this leaves.
+
     Attributes:
-        robot: The robot, with the task rows that it can fulfil.
+        robot: The robot, with the task rows that it can fulfil, the joints that move and the limits that are kept.
         q0: Configuration to start from, (nq,).
         path: Where the target is.
-        reach: The arm's reach, which the path exceeds.
+        reach: The arm's reach within those limits, which the path exceeds.
         max_linear: Cap on the position error, m, so that a far target asks for no more than a steady pull.
         gain: Proportional gain, 1/s.
         max_angular: Cap on the rotation error, rad.
@@ -51,14 +58,20 @@ class Stretch:
     gain: float = 5.0
     max_angular: float = 0.5
     dt: float = 0.01
+    locked: tuple[str, ...] = ()
 
     def run(self, inverse: RobustInverse, progress: Callable[[int, int], None] | None = None) -> Trajectory:
-        """The run with one inverse, from start to rest, without limits: they would hide what the inverse does."""
+        """The run with one inverse, from start to rest."""
         motion = Follow(self.path, gain=self.gain, max_linear=self.max_linear, max_angular=self.max_angular)
         return simulate(
             self.robot, inverse, motion, self.q0,
-            duration=self.path.duration, dt=self.dt, limits=(), progress=progress,
+            duration=self.path.duration, dt=self.dt, limits=self.limits, progress=progress,
         )  # fmt: skip
+
+    @property
+    def limits(self) -> tuple[JointLimits, ...]:
+        """What the runs keep: the limits of joints that slide."""
+        return (JointLimits.of(self.robot, velocity=np.inf),) if _slides(self.robot).any() else ()
 
 
 def stretch(robot: Robot, *, travel: float = 5.0, pause: float = 1.0, settle: float = 6.0) -> Stretch:
@@ -75,25 +88,61 @@ def stretch(robot: Robot, *, travel: float = 5.0, pause: float = 1.0, settle: fl
     if robot.tip is None:
         raise TipError(f"{robot.name} was loaded whole, without a tip: load it with tip=")
     rng = np.random.default_rng(0)
+    robot, locked = _with_slides_locked(robot, rng)
     robot = robot.with_rows(feasible_rows(robot, rng))
-    reach = find_reach(robot, rng)
+    free = _without_turning_limits(robot)
+    reach = find_reach(free, rng)
     if reach.distance < LEAST_REACH:
         raise TipError(f"the joints of {robot.name} leave the tip {robot.tip!r} where it is: choose another tip")
     q0 = _start(robot, reach, rng)
     start = robot.pose(q0)
-    goal = reach.center + BEYOND * reach.distance * _outwards(robot, q0, start[:3, 3] - reach.center)
+    goal = reach.center + BEYOND * reach.distance * _outwards(start[:3, 3] - reach.center)
     path = OutAndBack(start, goal, travel=travel, pause=pause, settle=settle)
-    return Stretch(robot, q0, path, reach, max_linear=PULL * reach.distance)
+    return Stretch(free, q0, path, reach, max_linear=PULL * reach.distance, locked=locked)
 
 
-def _outwards(robot: Robot, q: Array, away: Array) -> Array:
-    """The unit direction of `away`, less what joints that slide could follow without end: limits are not enforced."""
-    slides = [robot.description.joint[name].kind == "prismatic" for name in robot.joint_names]
-    across = lost_directions(robot.jacobian(q, rows=("x", "y", "z"))[:, slides]) if any(slides) else np.eye(3)
-    for direction in (across @ (across.T @ away), *across.T, away, np.array([1.0, 0.0, 0.0])):
-        if (length := float(np.linalg.norm(direction))) > 1e-3 * float(np.linalg.norm(away)):
-            return np.asarray(direction / length)
-    return np.array([1.0, 0.0, 0.0])
+def _slides(robot: Robot) -> NDArray[np.bool_]:
+    return np.array([robot.description.joint[name].kind == "prismatic" for name in robot.joint_names])
+
+
+def _with_slides_locked(robot: Robot, rng: np.random.Generator) -> tuple[Robot, tuple[str, ...]]:
+    """The robot with the joints that slide locked, and their names; as it is where they are what moves the tip.
+
+    A slide that turning joints follow, a lead screw's, is not locked.
+    """
+    description = robot.description
+    turning = {
+        description.driver[each.name].source for each in description.joints if each.kind in ("revolute", "continuous")
+    }
+    slides = tuple(name for name, slide in zip(robot.joint_names, _slides(robot)) if slide and name not in turning)
+    if not slides or len(slides) == robot.n:
+        return robot, ()
+    locked = _with_locked(robot, slides)
+    positions = set(feasible_rows(locked, rng)) & {"x", "y", "z"}
+    return (locked, slides) if len(positions) > 1 else (robot, ())
+
+
+def _with_locked(robot: Robot, locked: tuple[str, ...]) -> Robot:
+    """The robot with these joints fixed where they are at rest; the others keep their limits and their rest."""
+    values = dict(zip(robot.joint_names, robot.joint_values(robot.rest)))
+    description = lock_slides(robot.description, {name: float(values[name]) for name in locked})
+    rest_of_it = Robot.from_description(description, robot.tip, rows=robot.rows)
+    old = [robot.joint_names.index(name) for name in rest_of_it.joint_names]
+    rest = rest_of_it.configuration(robot.joint_values(robot.rest)[old])
+    lower, upper, speed = (each[old] for each in (robot.lower, robot.upper, robot.velocity_limit))
+    return replace(rest_of_it, name=robot.name, lower=lower, upper=upper, velocity_limit=speed, rest=rest)
+
+
+def _without_turning_limits(robot: Robot) -> Robot:
+    """The robot without the limits that the run does not keep; slides have theirs."""
+    slides = _slides(robot)
+    return replace(robot, lower=np.where(slides, robot.lower, -np.inf), upper=np.where(slides, robot.upper, np.inf))
+
+
+def _outwards(away: Array) -> Array:
+    """The unit direction of `away`, x where there is none."""
+    length = float(np.linalg.norm(away))
+    return away / length if length > LEAST_REACH else np.array([1.0, 0.0, 0.0])
 
 
 def feasible_rows(robot: Robot, rng: np.random.Generator) -> tuple[str, ...]:
