@@ -84,8 +84,82 @@ def test_the_next_folder_is_taken_where_the_first_cannot_be_written(tmp_path, fo
 
 def test_a_folder_that_may_only_be_read_is_read(folder, monkeypatch):
     doubling()
-    monkeypatch.setattr(Path, "write_bytes", lambda *_: pytest.fail("nothing is written"))
+    monkeypatch.setattr(store, "_put", lambda *_: pytest.fail("nothing is written"))
     assert doubling()
+
+
+def opened(path, mode):
+    path.chmod(mode)
+
+
+def sold(path, _):
+    os.chown(path, 12345, -1)
+
+
+unix = pytest.mark.skipif(os.name == "nt", reason="Windows keeps rights elsewhere")
+as_root = pytest.mark.skipif(os.name == "nt" or os.geteuid() != 0, reason="only root can give files away")
+
+
+@unix
+@pytest.mark.parametrize("mode", [0o777, 0o757, 0o1777])
+@pytest.mark.parametrize("which", ["the folder", "the one above"])
+def test_a_folder_that_others_can_write_to_is_not_used_and_that_is_said_once(folder, caplog, monkeypatch, which, mode):
+    if which == "the one above" and mode & 0o1000:
+        pytest.skip("in a sticky folder nobody can replace another's")
+    above = folder.parent / "above"
+    monkeypatch.setattr(store, "places", lambda: iter([above / "below", folder]))
+    monkeypatch.setattr(store, "_refused", set())
+    doubling()
+    opened(above / "below" if which == "the folder" else above, mode)
+    with caplog.at_level(logging.WARNING, "robust_ik"):
+        assert [doubling(), doubling()] == [False, True]  # compiled, and kept in the next place
+    assert len(list(folder.iterdir())) == 1
+    (record,) = caplog.records
+    assert f"{above / 'below'} are not used: everybody can write to " in record.getMessage()
+
+
+@unix
+@pytest.mark.parametrize("change", [opened, pytest.param(sold, marks=as_root)])
+def test_a_file_that_another_may_have_written_is_not_run_but_replaced(folder, caplog, change):
+    doubling()
+    (file,) = folder.iterdir()
+    change(file, 0o666)
+    with caplog.at_level(logging.WARNING, "robust_ik"):
+        assert [doubling(), doubling()] == [False, True]
+    assert "is not used" in caplog.records[0].getMessage()
+    assert file.stat().st_mode & 0o022 == 0
+
+
+@as_root
+def test_a_folder_of_another_user_is_not_used(folder, monkeypatch, caplog):
+    monkeypatch.setattr(store, "_refused", set())
+    folder.mkdir()
+    sold(folder, None)
+    assert [doubling(), doubling()] == [False, False]
+    assert "belongs to another user (uid 12345)" in caplog.text
+
+
+@unix
+def test_what_is_kept_is_closed_to_others_whatever_the_umask_is(folder):
+    before = os.umask(0)
+    try:
+        assert [doubling(), doubling()] == [False, True]
+    finally:
+        os.umask(before)
+    assert [path.stat().st_mode & 0o022 for path in (folder, *folder.iterdir())] == [0, 0]
+
+
+@unix
+def test_beside_the_sources_a_folder_may_be_as_open_as_they_are(tmp_path, monkeypatch):
+    monkeypatch.setattr(store, "FOLDER", tmp_path)
+    monkeypatch.setattr(store, "places", lambda: iter([tmp_path / "__pycache__"]))
+    monkeypatch.setattr(store, "_refused", set())
+    tmp_path.chmod(0o777)
+    (tmp_path / "__pycache__").mkdir()
+    (tmp_path / "__pycache__").chmod(0o777)
+    assert list(store._trusted_places()) == [tmp_path / "__pycache__"]
+    tmp_path.chmod(0o755)
+    assert list(store._trusted_places()) == []
 
 
 @pytest.mark.parametrize("broken", [OSError(28, "No space left on device"), TypeError("cannot pickle"), MemoryError()])
@@ -102,7 +176,7 @@ def test_half_a_file_is_never_left(folder, monkeypatch):
         path.touch()
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(Path, "write_bytes", full)
+    monkeypatch.setattr(store, "_put", full)
     assert not doubling()
     assert list(folder.iterdir()) == []
 
@@ -192,7 +266,7 @@ def package(tmp_path):
     below = tmp_path / "here" / "robust_ik" / "kernels"
     below.mkdir(parents=True)
     (below.parent / "__init__.py").touch()
-    for name in ("__init__.py", "announcing.py", "compiling.py", "store.py"):
+    for name in ("__init__.py", "announcing.py", "compiling.py", "store.py", "trust.py"):
         shutil.copy(Path(kernels.__file__).parent / name, below)
     (below / "inner.py").write_text(
         "from robust_ik.kernels.compiling import inlined\n@inlined\ndef twice(x):\n    return 2 * x\n"

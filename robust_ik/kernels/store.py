@@ -4,12 +4,15 @@ In place of Numba's own cache, which looks at the file of the function alone, so
 the pieces it is made of; which cannot read from a folder that it may not write to, as in a container; and which lets an
 error in writing end the program. Here the name of a file says all that its contents depend on: there is no index to
 keep in step, processes that compile the same thing at once write the same file, and a copy elsewhere is as good.
+
+What is read is run: only what nobody else can have written is read, see `trust`.
 """
 
 from __future__ import annotations
 
 import hashlib
 import logging
+import os
 import pickle
 import sys
 import uuid
@@ -23,6 +26,7 @@ import numba
 import numpy as np
 
 from robust_ik.kernels.announcing import announce
+from robust_ik.kernels.trust import make_folder, open_to_others, why_not_file, why_not_folder
 
 FOLDER = Path(__file__).parent
 SUFFIX = ".kernel"
@@ -31,13 +35,14 @@ KEPT = 8
 SETTINGS = ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "BOUNDSCHECK", "DEBUGINFO_DEFAULT")
 """Of Numba, by environment variables, which change the machine code; the processor's are in the target's own key."""
 _told: list[str] = []
+_refused: set[Path] = set()
 
 
 def _digest(*parts: bytes) -> bytes:
     return hashlib.sha256(b"".join(hashlib.sha256(part).digest() for part in parts)).digest()
 
 
-SOURCES = _digest(*(source.read_bytes() for source in sorted(FOLDER.glob("*.py"))))
+SOURCES = _digest(*(source.read_bytes() for source in sorted(FOLDER.rglob("*.py"))))
 """Of all kernels, read once, when the first is imported: what is running may be older than what is there later on."""
 
 
@@ -51,6 +56,21 @@ def places() -> Iterator[Path]:
     user = Path(AppDirs("robust_ik", appauthor=False).user_cache_dir)
     if user.is_absolute():  # it is not for a user without a home: then it would be made wherever the program runs
         yield user
+
+
+def _trusted_places() -> Iterator[Path]:
+    """The places that nobody else can write to; of another it is said once why it is left out.
+
+    Who may write to the sources may do without kernels: what lies beside them may be open to the same people.
+    """
+    for place in places():
+        beside = open_to_others(FOLDER) if place == FOLDER / "__pycache__" else None
+        reason = why_not_folder(place, beside)
+        if reason is None:
+            yield place
+        elif place not in _refused:
+            _refused.add(place)
+            logging.getLogger("robust_ik").warning(f"compiled kernels in {place} are not used: {reason}")
 
 
 class Store:
@@ -78,7 +98,7 @@ class Store:
 
             target.refresh()
             name = self._file(signature, target.codegen())
-            for content in filter(None, (_read(place / name) for place in places())):
+            for content in filter(None, (_read(place / name) for place in _trusted_places())):
                 return CompileResult._rebuild(target, *pickle.loads(content))
         except Exception as error:
             _tell(f"{self._name} is compiled again: {error!r}")
@@ -93,7 +113,7 @@ class Store:
             if compiled.library.has_dynamic_globals:
                 raise ValueError("it holds addresses")  # noqa: TRY301
             content, name = dumps(compiled._reduce()), self._file(signature, compiled.codegen)
-            if not any(_write(place / name, content) for place in places()):
+            if not any(_write(place / name, content) for place in _trusted_places()):
                 raise PermissionError("there is no folder to write to; NUMBA_CACHE_DIR may name one")  # noqa: TRY301
         except Exception as error:
             _tell(f"{self._name} is not kept, and compiled by every process: {error}")
@@ -141,9 +161,13 @@ def _is_constant(value: Any) -> bool:
 def _read(path: Path) -> bytes | None:
     """What was written, if it is there and whole: machine code that is not would end the process."""
     try:
-        content = path.read_bytes()
+        with path.open("rb") as file:
+            reason = why_not_file(file.fileno(), path)
+            content = b"" if reason else file.read()
     except OSError:
         return None
+    if reason:
+        _tell(f"{path} is not used: {reason}")
     return content[32:] if content[:32] == _digest(content[32:]) else None
 
 
@@ -151,9 +175,9 @@ def _write(path: Path, content: bytes) -> bool:
     """Whether it could be written; nobody ever sees half of a file."""
     part = path.with_name(f"{path.name}.{uuid.uuid4().hex}")
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        make_folder(path.parent)
         try:
-            part.write_bytes(_digest(content) + content)
+            _put(part, _digest(content) + content)
             part.replace(path)
         finally:
             part.unlink(missing_ok=True)
@@ -161,6 +185,12 @@ def _write(path: Path, content: bytes) -> bool:
         return False
     _prune(path)
     return True
+
+
+def _put(path: Path, content: bytes) -> None:
+    """A new file that only this user can write to, whatever the umask is."""
+    with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644), "wb") as file:
+        file.write(content)
 
 
 def _prune(path: Path) -> None:
