@@ -12,14 +12,16 @@ RobustIKError
     └── DHError                    a DH table that is broken
 ```
 
-Messages quote what was given and say what is possible; one that would be longer than `LONGEST_MESSAGE` is cut in the
-middle.
+Messages quote what was given and say what is possible. They are one line of letters that can all be seen; one that would
+be longer than `LONGEST_MESSAGE` is cut in the middle.
 """
 
 from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable, Sequence
+
+from robust_ik.safe_text import visible
 
 LONGEST_MESSAGE = 2_000
 """Characters of a message: about a screen. What files hold may be of any length, and is quoted in messages."""
@@ -33,7 +35,7 @@ class RobustIKError(Exception):
     """Base of every exception raised on purpose."""
 
     def __init__(self, *args: object) -> None:
-        super().__init__(*(cut(each) if isinstance(each, str) else each for each in args))
+        super().__init__(*(cut(visible(cut(each))) if isinstance(each, str) else each for each in args))
 
 
 def cut(text: str, most: int = LONGEST_MESSAGE) -> str:

@@ -1,9 +1,9 @@
-"""Reads and writes whole files: bounded, all or nothing, with one sentence when it fails."""
+"""Reads whole files: bounded, with one sentence when it fails; finds folders that are named."""
 
 from __future__ import annotations
 
 import os
-import secrets
+from collections.abc import Sequence
 from pathlib import Path
 
 from robust_ik.errors import InputError, LoadError, RobotNotFoundError
@@ -39,48 +39,22 @@ def _shown(path: str | Path) -> str:
     return repr(text if len(text) <= 200 else text[:200] + "…")
 
 
-def check_writable(path: Path) -> None:
-    """Refuses a path that is a folder, or that lies below a file.
+def checked_folders(folders: Sequence[str | Path] | str | Path, name: str) -> tuple[Path, ...]:
+    """Folders, ~ replaced, that are there.
+
+    Args:
+        folders: Several, or one.
+        name: What to call them in a message.
 
     Raises:
-        InputError: It is.
+        InputError: One is not there.
     """
-    if path.is_dir():
-        raise InputError(f"{str(path)!r} is a folder; give the name of a file in it, such as {str(path / 'file')!r}")
-    below = next((parent for parent in path.parents if parent.exists()), None)
-    if below is not None and not below.is_dir():
-        raise InputError(f"{str(below)!r} is no folder, so that {path.name!r} cannot be written there")
-
-
-FIGURES = (".png", ".svg", ".pdf")
-
-
-def check_figure(path: Path) -> None:
-    """Refuses a path that is no image's, or that cannot be written.
-
-    Raises:
-        InputError: It is none.
-    """
-    if path.suffix.lower() not in FIGURES:
-        raise InputError(f"the figure is written as one of {', '.join(FIGURES)}, got {str(path)!r}")
-    check_writable(path)
-
-
-def write_file(path: str | Path, text: str) -> Path:
-    """Writes a text file at once or not at all; makes the folder if needed.
-
-    Raises:
-        InputError: The path is a folder, or something on the way to it is a file.
-    """
-    path = Path(path).expanduser()
-    check_writable(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{path.name[:60]}.{secrets.token_hex(6)}.part")
+    given = (folders,) if isinstance(folders, (str, Path)) else folders
     try:
-        with part.open("x", encoding="utf-8", newline="\n") as file:
-            file.write(text)
-        part.replace(path)
-    except BaseException:
-        part.unlink(missing_ok=True)
-        raise
-    return path
+        found = tuple(Path(each).expanduser() for each in given)
+        missing = next((each for each in found if not each.is_dir()), None)
+    except (TypeError, ValueError, OSError, RuntimeError):
+        raise InputError(f"{name} must be folders, got {_shown(str(folders))}") from None
+    if missing is not None:
+        raise InputError(f"{name}: there is no folder {_shown(missing)}")
+    return found

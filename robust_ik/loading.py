@@ -11,6 +11,7 @@ import numpy as np
 from robust_ik.catalog import Entry, catalog, find
 from robust_ik.dh_toml import read_dh
 from robust_ik.errors import InputError, LoadError
+from robust_ik.files import checked_folders
 from robust_ik.robot import Robot
 from robust_ik.rows import ROWS
 
@@ -46,6 +47,7 @@ def load(
     """
     if not isinstance(robot, (str, Path)):
         raise InputError(f"robot must be a name or a path, got {robot!r}")
+    package_dirs = checked_folders(package_dirs, "package_dirs")
     name, suffix = str(robot), Path(robot).suffix.lower()
     if suffix in (*URDF_SUFFIXES, ".toml"):
         return _load_file(robot, tip, package_dirs, rows, whole_tree)

@@ -15,6 +15,7 @@ import numpy as np
 from robust_ik.checks import Array, readonly
 from robust_ik.description import Description
 from robust_ik.dh import DHTable
+from robust_ik.files import checked_folders
 from robust_ik.joints import JointMap
 from robust_ik.model import Kinematics, build_model, joints_to_keep
 from robust_ik.pose_inverse import PoseInverse
@@ -87,7 +88,8 @@ class Robot(PoseInverse):
             TipError: The tip is ambiguous, or no joint moves it.
             FrameNotFoundError: There is no such tip.
         """
-        return cls.from_description(read_urdf(path, package_dirs), tip, rows=rows, whole_tree=whole_tree)
+        description = read_urdf(path, checked_folders(package_dirs, "package_dirs"))
+        return cls.from_description(description, tip, rows=rows, whole_tree=whole_tree)
 
     @classmethod
     def from_dh(cls, table: DHTable) -> Self:

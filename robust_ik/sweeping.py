@@ -13,7 +13,7 @@ from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, ProcessPoolExecutor
 from contextlib import closing, contextmanager
 from queue import SimpleQueue
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -148,11 +148,36 @@ def process_pool(workers: int) -> Iterator[Executor | None]:
         return
     # Spawned, not forked: a fork in the midst of another thread's work may never go on.
     context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(int(workers), mp_context=context, initializer=_leave_interrupts_to_the_caller)
+    pool = _Pool(int(workers), mp_context=context, initializer=_leave_interrupts_to_the_caller)
     try:
         yield pool
     finally:
-        pool.shutdown(cancel_futures=True)
+        pool.end()
+
+
+class _Pool(ProcessPoolExecutor):
+    """Processes that end with the work, however that ends."""
+
+    def submit(self, *given: Any, **options: Any) -> Future[Any]:
+        """As in the base. Ctrl-C cannot come while a process is started: a signal that is held back stays so in it."""
+        if not hasattr(signal, "pthread_sigmask"):
+            return super().submit(*given, **options)
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            return super().submit(*given, **options)
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+    def end(self) -> None:
+        """Ends the processes; those that are still at work are not waited for: nobody wants what they do."""
+        processes = list((getattr(self, "_processes", None) or {}).values())
+        busy = bool(getattr(self, "_pending_work_items", None))
+        self.shutdown(wait=not busy, cancel_futures=True)
+        if busy:
+            for process in processes:
+                process.terminate()
+            for process in processes:
+                process.join()
 
 
 def _leave_interrupts_to_the_caller() -> None:

@@ -10,7 +10,8 @@ from pathlib import Path
 from robust_ik.certificates.checker import Verdict, check
 from robust_ik.certificates.json_values import CertificateError, a_list, an_object
 from robust_ik.certificates.proof import Proof
-from robust_ik.files import read_file, write_file
+from robust_ik.files import read_file
+from robust_ik.outputs import write_file
 
 FORMAT, VERSION = "robust_ik certificates", 1
 LARGEST_FILE = 64_000_000

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import os
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
 from typing import Annotated
 
 import typer
-from rich.markup import escape
 
 import robust_ik
 from robust_ik.cli import compare, demo, inverses, robots, singularities, warmup
 from robust_ik.cli.shared import console, errors
 from robust_ik.errors import RobustIKError
+from robust_ik.safe_text import in_markup
 
 app = typer.Typer(
     help="Singularity-robust inverse kinematics for any robot arm.",
@@ -51,12 +57,41 @@ def _root(
 
 
 def main() -> None:
-    """Runs the command; every error that is meant is one sentence on stderr and exit status 1."""
+    """Runs the command; every error that is meant is one sentence on stderr and exit status 1.
+
+    What a signal ends cleans up first and exits with 128 and the signal's number, as shells count: 130 after Ctrl-C.
+    """
+    with _ended_by_signals():
+        try:
+            app()
+        except BrokenPipeError:  # who reads has had enough
+            _quiet()
+            raise SystemExit(1) from None
+        except (RobustIKError, OSError) as error:
+            errors.print(f"[bold red]robust-ik:[/] {in_markup(error)}", soft_wrap=True)
+            raise SystemExit(1) from None
+        except KeyboardInterrupt:
+            raise SystemExit(128 + signal.SIGINT) from None
+        finally:
+            console.stderr = False
+
+
+@contextmanager
+def _ended_by_signals() -> Iterator[None]:
+    """Has the signals that ask a program to end raise SystemExit, so that nothing half done is left."""
+    names = ("SIGTERM", "SIGHUP")  # not all of them are everywhere
+    before = {number: signal.signal(number, _end) for name in names if (number := getattr(signal, name, None))}
     try:
-        app()
-    except RobustIKError as error:
-        errors.print(f"[bold red]robust-ik:[/] {escape(str(error))}", soft_wrap=True)
-        raise SystemExit(1) from None
-    except OSError as error:
-        errors.print(f"[bold red]robust-ik:[/] {escape(str(error))}", soft_wrap=True)
-        raise SystemExit(1) from None
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _end(number: int, _: FrameType | None) -> None:
+    raise SystemExit(128 + number)
+
+
+def _quiet() -> None:
+    """Has Python not fail once more when it ends, with what could not be written."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -6,13 +6,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.markup import escape
 
 from robust_ik.cli.choice import inverse_class
-from robust_ik.cli.shared import WorkersOption, console
+from robust_ik.cli.shared import WorkersOption, check_results, console, say_written
 from robust_ik.errors import InputError
-from robust_ik.files import check_figure, check_writable
 from robust_ik.progress import progress_bar
+from robust_ik.safe_text import in_markup, plain
 
 if TYPE_CHECKING:
     from robust_ik.scenario import Method, Scenario
@@ -43,18 +42,15 @@ def compare(
     if scenario is None:
         console.print(report.scenarios({name: load_scenario(path).title for name, path in scenarios().items()}))
         return
-    if html is not None:
-        check_writable(html)
-    if plot is not None:
-        check_figure(plot)
+    check_results(html=html, plot=plot)
     chosen = load_scenario(scenario)
     picked = _chosen(chosen, methods)
     with process_pool(workers) as pool, progress_bar(f"comparing {len(picked)} methods") as told:
         runs = comparing.compare(chosen, picked, executor=pool, progress=told)[chosen.name]
-    console.print(f"[bold]{escape(chosen.title or chosen.name)}[/]")
+    console.print(f"[bold]{in_markup(chosen.title or chosen.name)}[/]")
     for text in (chosen.source, chosen.note):
         if text:
-            console.print(escape(text))
+            console.print(plain(text))
     console.print(report.comparison(runs))
     if html is not None or plot is not None:
         _draw(chosen, runs, html, plot)
@@ -77,7 +73,6 @@ def _draw(scenario: Scenario, runs: dict[str, Trajectory], html: Path | None, pl
 
     if html is not None:
         text = " ".join(part for part in (scenario.source, scenario.note) if part)
-        path = write_html(html, runs, title=scenario.title or scenario.name, text=text)
-        console.print(f"Wrote [bold]{escape(str(path))}[/]", soft_wrap=True)
+        say_written(write_html(html, runs, title=scenario.title or scenario.name, text=text))
     if plot is not None:
-        console.print(f"Wrote [bold]{escape(str(plot_runs(runs, plot)))}[/]", soft_wrap=True)
+        say_written(plot_runs(runs, plot))

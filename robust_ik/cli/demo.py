@@ -7,11 +7,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.markup import escape
 
 from robust_ik.cli.choice import inverse_class
-from robust_ik.cli.shared import PackageDirOption, RobotArgument, TipOption, console, errors, file_name
-from robust_ik.files import check_writable
+from robust_ik.cli.shared import (
+    PackageDirOption,
+    RobotArgument,
+    TipOption,
+    check_results,
+    console,
+    errors,
+    file_name,
+)
+from robust_ik.safe_text import in_markup
 
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
@@ -44,20 +51,21 @@ def demo(
     from robust_ik.scenarios import stretch
 
     chosen = _methods(method)
-    if output is not None:
-        check_writable(output)
+    check_results(output=output)
     arm = load(robot, tip, package_dirs=package_dir or ())
+    path = output or Path(f"robust-ik-demo-{file_name(arm.name)}.html")
+    if output is None:
+        check_results(output=path)
     with console.status("finding the reach and a good start …"):
         scenario = stretch(arm)
     _explain_rows(arm, scenario)
     runs = _run(scenario, chosen)
     console.print(report.comparison(runs))
-    path = output or Path(f"robust-ik-demo-{file_name(arm.name)}.html")
     with console.status("writing the animation …"):
         _write_page(path, runs, scenario)
     for mesh in report.missing_meshes(arm):
-        console.print(f"[yellow]not drawn:[/] {escape(mesh)}")
-    console.print(f"Open in a browser: [bold]{escape(str(path.resolve()))}[/]", soft_wrap=True)
+        console.print(f"[yellow]not drawn:[/] {in_markup(mesh)}")
+    console.print(f"Open in a browser: [bold]{in_markup(path.resolve())}[/]", soft_wrap=True)
 
 
 def _write_page(path: Path, runs: dict[str, Trajectory], scenario: Stretch) -> None:
@@ -106,9 +114,9 @@ def _methods(names: list[str] | None) -> dict[str, RobustInverse]:
 def _explain_rows(arm: Robot, scenario: Stretch) -> None:
     rows, reach = scenario.robot.rows, scenario.reach.distance
     console.print(
-        f"[bold]{escape(arm.name)}[/]: {arm.n} joints, tip {escape(str(arm.tip))}, reach {reach:.3f} m; "
+        f"[bold]{in_markup(arm.name)}[/]: {arm.n} joints, tip {in_markup(arm.tip)}, reach {reach:.3f} m; "
         f"the target goes {_beyond(scenario):.0%} beyond it and back in {scenario.path.duration:.0f} s. "
-        f"{escape(kept(scenario))}"
+        f"{in_markup(kept(scenario))}"
     )
     if rows != arm.rows:
         console.print(f"{arm.n} joints cannot move it in all of {' '.join(arm.rows)}: it follows {' '.join(rows)}.")

@@ -6,10 +6,9 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.markup import escape
 
 from robust_ik.cli.choice import inverse_class
-from robust_ik.cli.shared import console
+from robust_ik.cli.shared import check_results, console, say_written
 from robust_ik.errors import InputError
 
 WIDE = 150
@@ -27,6 +26,7 @@ def inverses(
     from robust_ik import report
     from robust_ik.inverses import CLASSES, SingularValueFilter
 
+    check_results(plot=plot)
     chosen = [inverse_class(name, CLASSES) for name in names] if names else list(CLASSES)
     if plot is not None:
         from robust_ik.display import plot_gains  # takes a second to import: only where it is needed
@@ -34,7 +34,7 @@ def inverses(
         filters = [each() for each in chosen if issubclass(each, SingularValueFilter)]
         if not filters:
             raise InputError(f"{', '.join(names or ())}: no singular-value filter, so there is no φ(σ) to draw")
-        console.print(f"Wrote [bold]{escape(str(plot_gains(filters, plot)))}[/]", soft_wrap=True)
+        say_written(plot_gains(filters, plot))
     elif markdown:
         print(report.inverses_markdown(chosen))
     elif names:

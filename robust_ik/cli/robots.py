@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.markup import escape
 
-from robust_ik.cli.shared import PackageDirOption, RobotArgument, TipOption, console
+from robust_ik.cli.shared import PackageDirOption, RobotArgument, TipOption, check_results, console, say_written
 from robust_ik.errors import InputError, RobustIKError, TipError
-from robust_ik.files import write_file
+from robust_ik.outputs import write_file
+from robust_ik.safe_text import in_markup, visible
 
 if TYPE_CHECKING:
     from robust_ik.catalog import Entry
@@ -44,7 +44,7 @@ def _joints_and_tip(entry: Entry) -> tuple[str, str]:
     except TipError:
         return str(len(moving)), f"{len(description.leaves)} leaves: give --tip"
     except RobustIKError as error:
-        return "?", str(error)
+        return "?", visible(error)
 
 
 def info(robot: RobotArgument, tip: TipOption = None, package_dir: PackageDirOption = None) -> None:
@@ -53,7 +53,7 @@ def info(robot: RobotArgument, tip: TipOption = None, package_dir: PackageDirOpt
     from robust_ik.loading import load
 
     arm = load(robot, tip, package_dirs=package_dir or ())
-    console.print(f"[bold]{escape(arm.name)}[/]")
+    console.print(f"[bold]{in_markup(arm.name)}[/]")
     console.print(report.facts(arm))
     console.print(report.joints(arm))
 
@@ -69,10 +69,10 @@ def export(
 
     from robust_ik.loading import load
 
-    if output.exists() and not force:
+    check_results(output=output)
+    if output.expanduser().is_file() and not force:
         raise InputError(f"{str(output)!r} exists; --force overwrites it")
     arm = load(robot, package_dirs=package_dir or (), whole_tree=True)
-    write_file(output, arm.description.xml)
-    console.print(f"Wrote [bold]{escape(str(output))}[/]", soft_wrap=True)
+    say_written(write_file(output, arm.description.xml))
     if arm.tip == "tool" and not np.isfinite([arm.lower, arm.upper, arm.velocity_limit]).all():
         console.print("What a DH table does not state, a URDF must: a full turn for limits, 1000 for speed and effort.")

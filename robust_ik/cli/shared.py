@@ -8,8 +8,12 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-console = Console()
-errors = Console(stderr=True)
+from robust_ik.files import checked_folders
+from robust_ik.outputs import check_figure, check_outputs
+from robust_ik.safe_text import in_markup
+
+console = Console(emoji=False)
+errors = Console(stderr=True, emoji=False)
 
 RobotArgument = Annotated[
     str,
@@ -21,11 +25,41 @@ TipOption = Annotated[
 ]
 PackageDirOption = Annotated[
     list[Path] | None,
-    typer.Option("--package-dir", metavar="DIR", help="Where packages lie that mesh paths name. Repeatable."),
+    typer.Option(
+        "--package-dir",
+        metavar="DIR",
+        help="Where packages lie that mesh paths name. Repeatable.",
+        callback=lambda given: None if given is None else list(checked_folders(given, "--package-dir")),
+    ),
 ]
 WorkersOption = Annotated[
     int, typer.Option("--workers", metavar="N", help="Processes that share the work. Results do not depend on it.")
 ]
+
+
+def check_results(**paths: Path | None) -> None:
+    """Refuses results that cannot be written, before the work; says which folders will be made.
+
+    Where one goes to standard output, all that is said goes to standard error, so that a program can read the result.
+
+    Args:
+        paths: Where results go, by the option's name; `plot` is a figure.
+
+    Raises:
+        InputError: One cannot be written, or two go to the same file.
+    """
+    if (plot := paths.get("plot")) is not None:
+        check_figure(plot)
+    outputs = check_outputs({f"--{name}": path for name, path in paths.items()})
+    for folder in dict.fromkeys(output.new_folder for output in outputs):
+        if folder is not None:
+            errors.print(f"There is no folder {in_markup(folder)} yet: it is made.", soft_wrap=True)
+    console.stderr = any(output.descriptor == 1 for output in outputs)
+
+
+def say_written(path: Path) -> None:
+    """Says where a result is."""
+    console.print(f"Wrote [bold]{in_markup(path)}[/]", soft_wrap=True)
 
 
 def file_name(name: str) -> str:

@@ -6,17 +6,28 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.markup import escape
 
-from robust_ik.cli.shared import PackageDirOption, RobotArgument, TipOption, WorkersOption, console
+from robust_ik.cli.shared import (
+    PackageDirOption,
+    RobotArgument,
+    TipOption,
+    WorkersOption,
+    check_results,
+    console,
+    errors,
+    say_written,
+)
 from robust_ik.errors import InputError
-from robust_ik.files import check_writable, read_file
+from robust_ik.files import read_file
 from robust_ik.progress import progress_bar
+from robust_ik.safe_text import in_markup
 
 if TYPE_CHECKING:
     from robust_ik.certificates import Proof, Verdict
 
 LARGEST_FILE = 64_000_000
+INTERRUPTED = 130
+"""The exit status after Ctrl-C."""
 
 
 def singularities(
@@ -47,11 +58,7 @@ def singularities(
 
     if markdown and latex:
         raise InputError("choose one of --markdown and --latex")
-    if json is not None and json == html:
-        raise InputError(f"--json and --html cannot both be written to {str(json)!r}")
-    for path in (json, html):
-        if path is not None:
-            check_writable(path)
+    check_results(json=json, html=html)
     arm = load(robot, tip, package_dirs=package_dir or ())
     with process_pool(workers) as pool, progress_bar(f"searching {arm.name}") as told:
         atlas = find_singularities(
@@ -62,11 +69,14 @@ def singularities(
     else:
         console.print(atlas.table())
     if json is not None:
-        console.print(f"Wrote [bold]{escape(str(atlas.save(json)))}[/]", soft_wrap=True)
+        say_written(atlas.save(json))
     if html is not None:
         from robust_ik.display import write_atlas_html  # takes a second to import: only where it is needed
 
-        console.print(f"Wrote [bold]{escape(str(write_atlas_html(html, atlas, arm)))}[/]", soft_wrap=True)
+        say_written(write_atlas_html(html, atlas, arm))
+    if atlas.interrupted:
+        errors.print("Interrupted: this is what was found until then.")
+        raise typer.Exit(INTERRUPTED)
 
 
 def certify(
@@ -86,8 +96,7 @@ def certify(
     from robust_ik import certificates  # brings computer algebra: only where it is needed
     from robust_ik.loading import load
 
-    if output is not None:
-        check_writable(output)
+    check_results(output=output)
     arm = load(robot, tip, package_dirs=package_dir or ())
     proofs: list[Proof] = []
     for each in range(1, min(len(arm.rows), arm.n) + 1) if corank is None else [corank]:
@@ -99,22 +108,21 @@ def certify(
         if proof.arm is None or (proof.status == "proved" and not proof.leaves):
             break
     for change in proofs[0].arm.changes if proofs[0].arm is not None else ():
-        console.print(f"[dim]straightened: {escape(change)}[/]", soft_wrap=True)
+        console.print(f"[dim]straightened: {in_markup(change)}[/]", soft_wrap=True)
     if output is not None:
-        path = certificates.Certificate(tuple(proofs)).save(output)
-        console.print(f"Wrote [bold]{escape(str(path))}[/]", soft_wrap=True)
+        say_written(certificates.Certificate(tuple(proofs)).save(output))
 
 
 def _tell(name: str, proof: Proof, verdict: Verdict | None) -> None:
     """What came of one corank: how sure it is, the leaves, the checker's word."""
     from robust_ik import certificates  # only where it is needed
 
-    console.print(f"[bold]{escape(name)}[/], corank {proof.corank}: {certificates.word(proof, verdict)}")
+    console.print(f"[bold]{in_markup(name)}[/], corank {proof.corank}: {certificates.word(proof, verdict)}")
     for leaf in certificates.leaves(proof):
-        console.print(f"  {escape(str(leaf))}", soft_wrap=True)
+        console.print(f"  {in_markup(leaf)}", soft_wrap=True)
     reason = proof.reason if verdict is None else verdict.reason
     if reason:
-        console.print(escape(reason), soft_wrap=True)
+        console.print(in_markup(reason), soft_wrap=True)
 
 
 def verify(
@@ -134,6 +142,6 @@ def verify(
         refused += not verdict.accepted
         name = "no arm" if proof.arm is None else proof.arm.name
         says = "accepted" if verdict.accepted else "not accepted"
-        console.print(f"{escape(name)}, corank {proof.corank}: {says}: {escape(verdict.reason)}", soft_wrap=True)
+        console.print(f"{in_markup(name)}, corank {proof.corank}: {says}: {in_markup(verdict.reason)}", soft_wrap=True)
     if refused:
         raise typer.Exit(1)

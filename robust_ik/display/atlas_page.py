@@ -18,7 +18,7 @@ from robust_ik.display.pack import packed_scene
 from robust_ik.display.page import document
 from robust_ik.display.scene import Scene
 from robust_ik.display.stage import Entry, animation_data, missing_notice, node_parts, stage
-from robust_ik.files import write_file
+from robust_ik.outputs import write_file
 from robust_ik.robot import Robot
 from robust_ik.singularities.atlas import SingularityAtlas
 from robust_ik.singularities.facts import RobotFacts

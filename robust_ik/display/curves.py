@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robust_ik.display.figures import checked_figure
+from robust_ik.display.figures import save_figure
 from robust_ik.display.torus import Axis, pairs, strokes
 from robust_ik.errors import InputError
+from robust_ik.outputs import check_figure
+from robust_ik.safe_text import in_figure
 from robust_ik.singularities.atlas import SingularityAtlas
 from robust_ik.singularities.strata import Stratum
 from robust_ik.singularities.tracing import Curve, trace
@@ -36,10 +38,8 @@ def plot_curves(atlas: SingularityAtlas, stratum: Stratum, path: str | Path) -> 
     Raises:
         InputError: No joints are coupled, or the path cannot be written.
     """
-    figure = curves_figure(atlas, stratum)
-    path = checked_figure(path)
-    figure.savefig(path, dpi=130)
-    return path
+    check_figure(path)
+    return save_figure(curves_figure(atlas, stratum), path, dpi=130)
 
 
 def curves_figure(atlas: SingularityAtlas, stratum: Stratum) -> Figure:
@@ -65,7 +65,7 @@ def curves_figure(atlas: SingularityAtlas, stratum: Stratum) -> Figure:
         _draw(axes, curves, across, up)
     for axes in grid[len(panels) :]:
         axes.set_visible(False)
-    figure.suptitle(f"{atlas.robot.name}, corank {stratum.corank}".replace("$", r"\$"))
+    figure.suptitle(f"{in_figure(atlas.robot.name)}, corank {stratum.corank}")
     return figure
 
 

@@ -1,19 +1,26 @@
-"""Where figures may be written to."""
+"""How figures are written."""
 
 from __future__ import annotations
 
+import warnings
+from io import BytesIO
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from robust_ik.files import check_figure
+from robust_ik.outputs import check_figure, write_file
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
-def checked_figure(path: str | Path) -> Path:
-    """The path of a figure, its folder made.
+def save_figure(figure: Figure, path: str | Path, dpi: int) -> Path:
+    """Writes a figure as what its path ends in says, whole or not at all.
 
     Raises:
         InputError: It ends in no format of images, or cannot be written.
     """
-    path = Path(path).expanduser()
-    check_figure(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    return path
+    path, content = check_figure(path), BytesIO()
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph .* missing from", UserWarning)  # in a name: a box stands for it
+        figure.savefig(content, dpi=dpi, format=path.suffix[1:].lower())
+    return write_file(path, content.getvalue())

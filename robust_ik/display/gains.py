@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from robust_ik.checks import Array, checked_parameter
-from robust_ik.display.figures import checked_figure
+from robust_ik.display.figures import save_figure
 from robust_ik.errors import InputError
 from robust_ik.inverses import SingularValueFilter
+from robust_ik.outputs import check_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 LEAST_SIGMA = 1e-4
 STYLES = ("-", "--", "-.", ":")
@@ -33,12 +38,11 @@ def plot_gains(filters: Sequence[SingularValueFilter], path: str | Path, *, sigm
     checked_parameter("sigma_max", sigma_max, above=0)
     if not filters or not all(isinstance(each, SingularValueFilter) for each in filters):
         raise InputError(f"only singular-value filters have gains to draw, at least one is needed, got {filters!r}")
-    path = checked_figure(path)
-    _draw(filters, sigma_max, path)
-    return path
+    check_figure(path)
+    return save_figure(_drawn(filters, sigma_max), path, dpi=130)
 
 
-def _draw(filters: Sequence[SingularValueFilter], sigma_max: float, path: Path) -> None:
+def _drawn(filters: Sequence[SingularValueFilter], sigma_max: float) -> Figure:
     from matplotlib.figure import Figure  # not pyplot: no window, no state
 
     figure = Figure(figsize=(10, 4.6 + 0.2 * -(-len(filters) // 3)), layout="constrained")
@@ -56,7 +60,7 @@ def _draw(filters: Sequence[SingularValueFilter], sigma_max: float, path: Path) 
     figure.legend(loc="outside lower center", ncols=3, fontsize="small")
     for axes in (gain, share):
         axes.grid(alpha=0.3)
-    figure.savefig(path, dpi=130)
+    return figure
 
 
 def label(inverse: SingularValueFilter) -> str:

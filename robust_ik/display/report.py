@@ -16,8 +16,8 @@ from robust_ik.display.scene import Scene
 from robust_ik.display.shapes import Color
 from robust_ik.display.stage import Entry, animation_data, missing_notice, node_parts, stage
 from robust_ik.errors import InputError
-from robust_ik.files import write_file
 from robust_ik.inverses import JParse
+from robust_ik.outputs import write_file
 from robust_ik.trajectory import Trajectory
 
 PALETTE = ("#1f77c9", "#e08a00", "#8e5bd0", "#12907f", "#b0552f", "#6b7785", "#c04f8f", "#7a8f1e")

@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robust_ik.checks import Array
-from robust_ik.display.figures import checked_figure
+from robust_ik.display.figures import save_figure
 from robust_ik.errors import InputError, suggest
+from robust_ik.outputs import check_figure
+from robust_ik.safe_text import in_figure
 from robust_ik.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -61,7 +63,7 @@ def runs_figure(runs: Mapping[str, Trajectory], quantities: Sequence[str] = SHOW
             values = quantity(run)
             shown = np.where(values > FLOOR, values, FLOOR) if logarithmic else values
             lines = ax.plot(run.time, shown, color=f"C{index}", linewidth=1.2)
-            lines[0].set_label(label)
+            lines[0].set_label(in_figure(label))
         ax.set(ylabel=title, yscale="log" if logarithmic else "linear")
         ax.grid(alpha=0.3)
     axes[-1].set_xlabel("time [s]")
@@ -81,7 +83,5 @@ def plot_runs(runs: Mapping[str, Trajectory], path: str | Path, quantities: Sequ
     Raises:
         InputError: As for `runs_figure`, or the path cannot be written.
     """
-    figure = runs_figure(runs, quantities)
-    path = checked_figure(path)
-    figure.savefig(path, dpi=110)
-    return path
+    check_figure(path)
+    return save_figure(runs_figure(runs, quantities), path, dpi=110)

@@ -17,7 +17,7 @@ from robust_ik.display.shapes import grid, line_segments
 from robust_ik.display.tracks import Tracks
 from robust_ik.display.view import View
 from robust_ik.display.window import RecordingWindow
-from robust_ik.files import write_file
+from robust_ik.outputs import write_file
 
 
 class Scene:

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robust_ik.display.figures import checked_figure
+from robust_ik.display.figures import save_figure
+from robust_ik.outputs import check_figure
+from robust_ik.safe_text import in_figure
 from robust_ik.workspace import WorkspaceMap
 
 if TYPE_CHECKING:
@@ -36,10 +38,8 @@ def plot_workspace(
     Raises:
         InputError: There is no such quantity, the cells are too many, or the path cannot be written.
     """
-    figure = workspace_figure(workspace, quantity, size=size)
-    path = checked_figure(path)
-    figure.savefig(path, dpi=130)
-    return path
+    check_figure(path)
+    return save_figure(workspace_figure(workspace, quantity, size=size), path, dpi=130)
 
 
 def workspace_figure(workspace: WorkspaceMap, quantity: str = "smallest sigma", *, size: float | None = None) -> Figure:
@@ -71,5 +71,5 @@ def workspace_figure(workspace: WorkspaceMap, quantity: str = "smallest sigma", 
             ax.set(xlabel=f"{cells.axes[0]} [m]", ylabel=f"{cells.axes[1]} [m]", title=name, aspect="equal")
     label = f"{quantity} of {' '.join(workspace.rows)}"
     figure.colorbar(colours, ax=list(chain.from_iterable(panels)), label=label, shrink=0.8)
-    figure.suptitle(f"{workspace.robot.name}: {len(workspace)} random configurations within the limits")
+    figure.suptitle(f"{in_figure(workspace.robot.name)}: {len(workspace)} random configurations within the limits")
     return figure

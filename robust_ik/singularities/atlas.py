@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from robust_ik.certificates import Certificate
 from robust_ik.errors import RobustIKError
 from robust_ik.progress import Told
-from robust_ik.singularities.confidence import Evidence
+from robust_ik.singularities.confidence import Evidence, Status
 from robust_ik.singularities.facts import RobotFacts
 from robust_ik.singularities.finder import Method
 from robust_ik.singularities.nearest import Nearest, nearest
@@ -103,6 +103,8 @@ class SingularityAtlas:
 
     def _found(self, evidence: Evidence) -> str:
         rows = self.of_corank(evidence.corank)
+        if not rows and evidence.status is Status.INTERRUPTED:
+            return "none found yet"
         if not rows and not evidence.found:
             return f"none found by {evidence.fresh} starts, which came no nearer than ‖r‖ = {evidence.floor:.2g} σ₁"
         families = "1 family" if len(rows) == 1 else f"{len(rows)} families"

@@ -131,6 +131,19 @@ def _read_proof(work: Work, corank: int) -> bool:
     return bool(work.of(corank))
 
 
+def say_what_is_left(work: Work, coranks: Sequence[int]) -> None:
+    """Marks the coranks that an interrupted search did not come to."""
+    if not any(each.status is Status.NONE_FOUND for each in work.evidence.values()):
+        for corank in coranks:
+            work.evidence.setdefault(corank, Evidence(corank, Status.INTERRUPTED, 0, 0, 0))
+
+
+def unjudged(work: Work) -> tuple[Evidence, ...]:
+    """The evidence of lists that are not whole, so that nothing can be held against them."""
+    evidence = [each for _, each in sorted(work.evidence.items())]
+    return tuple(replace(each, status=Status.INTERRUPTED, fresh=0, unmatched=0, proof="") for each in evidence)
+
+
 def judged(work: Work) -> tuple[Evidence, ...]:
     """The evidence of every corank once lists and proofs are final and held against each other.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -24,17 +24,15 @@ EDGE = 1e-9
 """A margin above minus this is within the limits, rad."""
 
 
-def make_rows(facts: RobotFacts, leaves: Sequence[Leaf], rng: np.random.Generator) -> tuple[Stratum, ...]:
-    """All rows, coranks ascending, large dimensions first, then by joints."""
-    found = [
-        _row(facts, group, rng)
-        for corank in sorted({leaf.corank for leaf in leaves})
-        for group in rows([leaf for leaf in leaves if leaf.corank == corank])
-    ]
-    return tuple(sorted(found, key=_order))
+def make_rows(facts: RobotFacts, leaves: Sequence[Leaf], rng: np.random.Generator) -> Iterator[list[Stratum]]:
+    """The rows of one corank after the other, of each that has any, coranks ascending."""
+    for corank in sorted({leaf.corank for leaf in leaves}):
+        groups = rows([leaf for leaf in leaves if leaf.corank == corank])
+        yield sorted((_row(facts, group, rng) for group in groups), key=_order)
 
 
 def _order(row: Stratum) -> tuple[int, int, tuple[tuple[int, ...], ...], str]:
+    """Large dimensions first, then by joints."""
     return row.corank, -row.dimension, tuple(each.angle.joints for each in row.conditions), row.words
 
 

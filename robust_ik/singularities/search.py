@@ -15,12 +15,13 @@ from robust_ik.errors import InputError
 from robust_ik.progress import Told
 from robust_ik.singularities.atlas import Settings, SingularityAtlas
 from robust_ik.singularities.chunks import CHUNK
-from robust_ik.singularities.coranks import begin, hold_out, judged, read_corank
+from robust_ik.singularities.coranks import begin, hold_out, judged, read_corank, say_what_is_left, unjudged
 from robust_ik.singularities.descent import TOLERANCE
 from robust_ik.singularities.facts import RobotFacts
 from robust_ik.singularities.finder import Method
 from robust_ik.singularities.residual import check_corank
 from robust_ik.singularities.rowmaking import make_rows
+from robust_ik.singularities.strata import Stratum
 from robust_ik.singularities.work import Tally, Work, work_of
 from robust_ik.sweeping import parts, seed_of
 
@@ -69,7 +70,8 @@ def find_singularities(
         progress: Called with (steps done, steps in all).
 
     Returns:
-        The atlas; where Ctrl-C stopped the search, what it had found, so marked.
+        The atlas; where Ctrl-C stopped the search, what it had found, so marked. A second one, while that is put in
+        order, leaves out what is not ready.
 
     Raises:
         TipError: The robot was loaded whole, without a tip.
@@ -104,16 +106,28 @@ def _searched(work: Work, starts: int, progress: Told | None) -> SingularityAtla
         _search(work, starts, progress)
     except KeyboardInterrupt:
         interrupted = True
-    strata = make_rows(work.facts, work.leaves, work.rng(0, 9))
+        say_what_is_left(work, _wanted(work))
+    strata: list[Stratum] = []
+    try:
+        for made in make_rows(work.facts, work.leaves, work.rng(0, 9)):
+            strata += made
+        evidence = judged(work)
+    except KeyboardInterrupt:
+        interrupted, evidence = True, unjudged(work)
     proofs = tuple(work.proven[k].proof for k in sorted(work.proven))
     return SingularityAtlas(
-        work.facts, strata, judged(work), work.settings, interrupted, Certificate(proofs) if proofs else None
+        work.facts, tuple(strata), evidence, work.settings, interrupted, Certificate(proofs) if proofs else None
     )
+
+
+def _wanted(work: Work) -> list[int]:
+    """The coranks to be looked for, as long as there are any."""
+    return [work.settings.corank] if work.settings.corank else list(range(1, work.facts.chain.m + 1))
 
 
 def _search(work: Work, starts: int, progress: Told | None) -> None:
     """The work, step by step: every corank is searched, proved if it can be and read, then all are held out."""
-    wanted = [work.settings.corank] if work.settings.corank else list(range(1, work.facts.chain.m + 1))
+    wanted = _wanted(work)
     chunks = len(parts(starts, CHUNK))
     steps = chunks + 2  # and a proof, and the reading
     work.tally = Tally(progress, len(wanted) * (steps + chunks))

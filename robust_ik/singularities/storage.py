@@ -12,7 +12,8 @@ import numpy as np
 from robust_ik.certificates import Certificate, CertificateError, Proof
 from robust_ik.checks import Array
 from robust_ik.errors import LoadError, RobustIKError
-from robust_ik.files import read_file, write_file
+from robust_ik.files import read_file
+from robust_ik.outputs import write_file
 from robust_ik.rows import checked_rows
 from robust_ik.singularities.angles import Angle
 from robust_ik.singularities.atlas import Settings, SingularityAtlas
