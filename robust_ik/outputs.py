@@ -46,6 +46,11 @@ class Output:
     replaced: bool
 
     @property
+    def overwrites(self) -> bool:
+        """Whether a file is there whose content is lost."""
+        return self.descriptor is None and self.status is not None and stat.S_ISREG(self.status.st_mode)
+
+    @property
     def new_folder(self) -> Path | None:
         """The folder that has to be made."""
         return None if self.descriptor is not None or self.target.parent.exists() else self.target.parent
@@ -207,9 +212,7 @@ def _part(folder: Path, name: str) -> Path:
 
 def _write(output: Output, data: bytes) -> None:
     if output.descriptor is not None:
-        sys.stdout.flush()
-        with os.fdopen(os.dup(output.descriptor), "wb") as file:
-            file.write(data)
+        _write_to_stream(output.descriptor, data)
         return
     if (folder := output.new_folder) is not None:
         folder.mkdir(exist_ok=True)
@@ -222,6 +225,18 @@ def _write(output: Output, data: bytes) -> None:
             if output.status is None or error.errno not in IN_PLACE:
                 raise
     _write_in_place(output, data)
+
+
+def _write_to_stream(descriptor: int, data: bytes) -> None:
+    """To what is open already, after all that was printed before."""
+    sys.stdout.flush()
+    printed = getattr(sys.stdout, "buffer", None)
+    if descriptor == 1 and printed is not None:
+        printed.write(data)
+        printed.flush()
+        return
+    with os.fdopen(os.dup(descriptor), "wb") as file:
+        file.write(data)
 
 
 def _write_in_place(output: Output, data: bytes) -> None:

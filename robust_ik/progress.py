@@ -25,11 +25,12 @@ def progress_bar(what: str) -> Iterator[Told]:
         yield lambda done, total: None  # noqa: ARG005
         return
     from rich.console import Console  # a twentieth of a second: only where somebody looks
-    from rich.markup import escape
     from rich.progress import Progress
 
-    bar, began = Progress(console=Console(stderr=True), transient=True), time.monotonic()
-    task = bar.add_task(escape(what), total=None)
+    from robust_ik.safe_text import in_markup
+
+    bar, began = Progress(console=Console(stderr=True, emoji=False), transient=True), time.monotonic()
+    task = bar.add_task(in_markup(what), total=None)
 
     def told(done: int, total: int) -> None:
         if not bar.live.is_started and time.monotonic() - began > PATIENCE:

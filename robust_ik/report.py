@@ -7,7 +7,6 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 from rich import box
-from rich.markup import escape
 from rich.table import Table
 
 from robust_ik.catalog import Entry
@@ -16,6 +15,7 @@ from robust_ik.inverses import RobustInverse
 from robust_ik.linalg import condition_number, svd
 from robust_ik.reach import Reach, find_reach
 from robust_ik.robot import Robot
+from robust_ik.safe_text import in_markdown, plain, visible
 from robust_ik.trajectory import Trajectory
 
 
@@ -33,11 +33,11 @@ def comparison(runs: Mapping[str, Trajectory]) -> Table:
     errors = ("error\n[mm]", "final\n[mm]", "error\n[deg]", "final\n[deg]")
     headings = ("peak\nspeed", "× its\nlimit", *errors, "least\nσ", "step\n[µs]")
     for heading in headings:
-        table.add_column(escape(heading), justify="right", no_wrap=True)
+        table.add_column(plain(heading), justify="right", no_wrap=True)
     for name, run in runs.items():
         final = np.linalg.norm(run.final_error.reshape(2, 3), axis=-1)
         table.add_row(
-            escape(name),
+            plain(name),
             f"{run.largest_speed:.3g}" if run.largest_speed < 1e4 else f"{run.largest_speed:.0e}",
             f"{run.largest_speed_ratio:.2g}" if run.largest_speed_ratio else "–",
             f"{1e3 * run.position_error.max():.1f}",
@@ -56,7 +56,7 @@ def scenarios(titles: Mapping[str, str]) -> Table:
     table.add_column("name", no_wrap=True)
     table.add_column("what happens")
     for name, title in titles.items():
-        table.add_row(escape(name), escape(title))
+        table.add_row(plain(name), plain(title))
     return table
 
 
@@ -71,7 +71,7 @@ def inverses_table(classes: Iterable[type[RobustInverse]], *, wide: bool) -> Tab
     for column in shown:
         table.add_column(INVERSE_COLUMNS[column], no_wrap=column == 0, ratio=0 if column == 0 else 1)
     for row in _inverse_rows(classes):
-        table.add_row(*(escape(row[column]) for column in shown))
+        table.add_row(*(plain(row[column]) for column in shown))
     return table
 
 
@@ -82,17 +82,17 @@ def inverse_details(each: type[RobustInverse]) -> Table:
     table.add_column()
     (row,) = _inverse_rows([each])
     for heading, cell in zip(INVERSE_COLUMNS, row):
-        table.add_row(heading, escape(cell))
+        table.add_row(heading, plain(cell))
     for name, parameter in inspect.signature(each).parameters.items():
         default = "needed" if parameter.default is parameter.empty else f"default {parameter.default!r}"
-        table.add_row(escape(name), escape(default))
+        table.add_row(plain(name), plain(default))
     return table
 
 
 def inverses_markdown(classes: Iterable[type[RobustInverse]]) -> str:
     """The same table as Markdown, as in the README."""
     rows = [INVERSE_COLUMNS, ("---",) * len(INVERSE_COLUMNS)]
-    rows += [(f"`{row[0]}`", *(cell.replace("|", "\\|") for cell in row[1:])) for row in _inverse_rows(classes)]
+    rows += [(f"`{row[0]}`", *map(in_markdown, row[1:])) for row in _inverse_rows(classes)]
     return "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
 
@@ -122,7 +122,7 @@ def robots(entries: Iterable[tuple[Entry, str, str]]) -> Table:
     table.add_column("tip")
     table.add_column("source")
     for entry, joints, tip in entries:
-        table.add_row(escape(entry.name), joints, escape(tip), entry.source)
+        table.add_row(plain(entry.name), joints, plain(tip), plain(entry.source))
     return table
 
 
@@ -135,7 +135,7 @@ def joints(robot: Robot) -> Table:
         kind = robot.description.joint[name].kind
         limits = (robot.lower[index], robot.upper[index], robot.velocity_limit[index])
         table.add_row(
-            escape(name),
+            plain(name),
             kind,
             *(_limit(limit) for limit in limits),
             "m, m/s" if kind == "prismatic" else "rad, rad/s",
@@ -153,29 +153,29 @@ def facts(robot: Robot) -> Table:
     table.add_column(style="bold")
     table.add_column(overflow="fold")
     for name, value in _facts(robot):
-        table.add_row(name, escape(value))
+        table.add_row(name, plain(value))
     return table
 
 
 def _facts(robot: Robot) -> Iterable[tuple[str, str]]:
-    yield "source", robot.description.source
+    yield "source", visible(robot.description.source)
     yield "joints", f"{robot.n} independent (nq = {robot.nq})"
-    yield "leaves", ", ".join(robot.description.leaves)
+    yield "leaves", ", ".join(map(visible, robot.description.leaves))
     if robot.tip is not None:
         yield from _tip_facts(robot, find_reach(robot))
     missing = missing_meshes(robot)
     meshes = len(list(_meshes(robot)))
     if meshes:
-        yield "meshes", f"{meshes - len(missing)} of {meshes} found" + "".join(f"\n{line}" for line in missing)
+        yield "meshes", f"{meshes - len(missing)} of {meshes} found" + "".join(f"\n{visible(line)}" for line in missing)
     if robot.description.notes:
-        yield "notes", "\n".join(robot.description.notes)
+        yield "notes", "\n".join(map(visible, robot.description.notes))
 
 
 def _tip_facts(robot: Robot, reach: Reach) -> Iterable[tuple[str, str]]:
     J = robot.jacobian(robot.rest)
     s = svd(J).s
     condition = float(condition_number(J))
-    yield "tip", str(robot.tip)
+    yield "tip", visible(robot.tip)
     yield "task rows", " ".join(robot.rows)
     yield "rest joints", "  ".join(f"{value:.4g}" for value in robot.joint_values(robot.rest))
     yield "tip at rest", "  ".join(f"{value:.4g}" for value in robot.pose(robot.rest)[:3, 3].round(9) + 0.0) + " m"

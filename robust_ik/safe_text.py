@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import html
 import re
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -17,10 +18,10 @@ LONGEST = 4000
 """Letters of an error message that are kept."""
 
 LATEX = {
-    "\\": r"\textbackslash{}", "{": r"\{", "}": r"\}", "$": r"\$", "&": r"\&", "#": r"\#", "_": r"\_", "%": r"\%",
-    "~": r"\textasciitilde{}", "^": r"\textasciicircum{}",
+    "\\": r"\ensuremath{\backslash}", "{": r"\{", "}": r"\}", "$": r"\$", "&": r"\&", "#": r"\#", "_": r"\_",
+    "%": r"\%", "~": r"\ensuremath{\sim}", "^": r"\ensuremath{\wedge}",
 }  # fmt: skip
-"""What LaTeX would take for a command."""
+"""What LaTeX would take for a command, as it is written in text and in formulas."""
 
 
 def visible(text: object) -> str:
@@ -63,7 +64,7 @@ def in_markup(text: object) -> str:
 
 def in_html(text: object) -> str:
     """To stand in HTML or SVG, in an element or a quoted attribute."""
-    return html.escape(visible(text))
+    return html.escape(visible_lines(text))
 
 
 def in_markdown(text: object) -> str:
@@ -73,9 +74,15 @@ def in_markdown(text: object) -> str:
     return escaped.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
 
 
-def in_latex(text: object) -> str:
-    """To stand in LaTeX, in text or in a formula."""
-    return "".join(LATEX.get(letter, letter) for letter in visible(text))
+def in_latex(text: object, others: Mapping[str, str] | None = None) -> str:
+    """To stand in LaTeX, in text or in a formula.
+
+    Args:
+        text: Any.
+        others: What further letters are written as.
+    """
+    written = {**LATEX, **(others or {})}
+    return "".join(written.get(letter, letter) for letter in visible(text))
 
 
 def in_figure(text: object) -> str:

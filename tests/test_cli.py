@@ -310,3 +310,52 @@ def test_what_cannot_be_compared_is_told_before_anything_runs(command, monkeypat
     status, _, err = command("compare", *arguments)
     assert status == 1
     assert message in err
+
+
+# ------------------------------------------------------------------------------------------------ results
+RESULTS = [
+    ("demo", "planar_2r", "-o"),
+    ("compare", "xarm7_line", "--html"),
+    ("compare", "xarm7_line", "--plot"),
+    ("singularities", "planar_2r", "--json"),
+    ("singularities", "planar_2r", "--html"),
+    ("certify", "planar_2r", "-o"),
+    ("inverses", "--plot"),
+    ("export", "planar_2r"),
+]
+
+
+@pytest.mark.parametrize("arguments", RESULTS, ids=" ".join)
+def test_where_nothing_can_be_written_is_told_before_the_work(command, monkeypatch, arguments):
+    for work in ("robust_ik.loading.load", "robust_ik.scenarios.load_scenario", "robust_ik.display.plot_gains"):
+        monkeypatch.setattr(work, lambda *_, **__: pytest.fail("it ran"))
+    for place, words in (("no/such/x.png", "there is no folder"), ("/proc/x.png", "nothing can be written in")):
+        status, _, err = command(*arguments, place)
+        assert status == 1
+        assert words in err
+
+
+def test_a_result_on_standard_output_can_be_read_by_a_program(command):
+    status, out, err = command("singularities", "planar_2r", "--starts", "5", "--json", "-")
+    assert status == 0
+    assert json.loads(out)["format"] == "robust_ik singularity atlas"
+    assert "q2 ∈ {0, π}" in err
+    assert "Wrote -" in err
+    assert command("export", "planar_2r", "/dev/fd/1")[1].startswith("<?xml")
+    assert command("robots")[1]
+
+
+def test_a_folder_that_is_made_is_told(command, tmp_path):
+    _, _, err = command("export", "planar_2r", "out/x.urdf")
+    assert err == f"There is no folder {tmp_path / 'out'} yet: it is made.\n"
+    assert (tmp_path / "out" / "x.urdf").exists()
+
+
+@pytest.mark.parametrize("name", ["info", "demo", "singularities", "certify"])
+def test_a_folder_of_packages_that_is_not_there_is_refused(command, name):
+    status, _, err = command(name, "planar_2r", "--package-dir", "/nope")
+    assert status == 1
+    assert "--package-dir: there is no folder '/nope'" in err
+    for given in (["/nope"], "/nope", [None], 7):
+        with pytest.raises(rik.InputError, match="package_dirs"):
+            rik.load("ur5", package_dirs=given)

@@ -9,7 +9,7 @@ import typer
 
 from robust_ik.cli.shared import PackageDirOption, RobotArgument, TipOption, check_results, console, say_written
 from robust_ik.errors import InputError, RobustIKError, TipError
-from robust_ik.outputs import write_file
+from robust_ik.outputs import check_output, write_file
 from robust_ik.safe_text import in_markup, visible
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ def export(
     from robust_ik.loading import load
 
     check_results(output=output)
-    if output.expanduser().is_file() and not force:
+    if check_output(output).overwrites and not force:
         raise InputError(f"{str(output)!r} exists; --force overwrites it")
     arm = load(robot, package_dirs=package_dir or (), whole_tree=True)
     say_written(write_file(output, arm.description.xml))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import html
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -20,6 +19,7 @@ from robust_ik.display.scene import Scene
 from robust_ik.display.stage import Entry, animation_data, missing_notice, node_parts, stage
 from robust_ik.outputs import write_file
 from robust_ik.robot import Robot
+from robust_ik.safe_text import in_html
 from robust_ik.singularities.atlas import SingularityAtlas
 from robust_ik.singularities.facts import RobotFacts
 from robust_ik.singularities.lost import FLAT
@@ -135,13 +135,13 @@ def _body(title: str, atlas: SingularityAtlas, robot: Robot, shown: Sequence[Fam
     interrupted = (
         '<p class="notice">The search was stopped: there may be more families.</p>' if atlas.interrupted else ""
     )
-    sentences = "".join(f"<li>{html.escape(line)}</li>" for line in atlas.explanation.splitlines())
+    sentences = "".join(f"<li>{in_html(line)}</li>" for line in atlas.explanation.splitlines())
     table = family_table(facts, shown) if shown else "<p>No family of singular configurations was found.</p>"
     return f"""<main class="atlas{"" if shown else " empty"}">
 {stage(_LEGEND if shown else (), over=caption, beside=_MOTIONS if shown else "")}
 <aside>
-<h1>{html.escape(title)}</h1>
-<p class="facts">{html.escape(known)}</p>
+<h1>{in_html(title)}</h1>
+<p class="facts">{in_html(known)}</p>
 {missing_notice(drawn.robot.missing_meshes)}{interrupted}
 {table}
 <h2>How sure this is</h2>

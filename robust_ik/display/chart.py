@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robust_ik.checks import Array
+from robust_ik.safe_text import in_html
 
 WIDTH, HEIGHT = 400.0, 132.0
 LEFT, RIGHT, TOP, BOTTOM = 46.0, 8.0, 20.0, 20.0
@@ -94,9 +94,9 @@ def chart(title: str, curves: Sequence[Curve], duration: float, *, logarithmic: 
     span = WIDTH - LEFT - RIGHT
     lines = [_polyline(curve, scale, duration) for curve in curves]
     return (
-        f'<svg class="chart" viewBox="0 0 {WIDTH:g} {HEIGHT:g}" role="img" aria-label="{html.escape(title)}" '
+        f'<svg class="chart" viewBox="0 0 {WIDTH:g} {HEIGHT:g}" role="img" aria-label="{in_html(title)}" '
         f'data-left="{LEFT / WIDTH:.5f}" data-width="{span / WIDTH:.5f}">'
-        f'<text class="title" x="{LEFT:g}" y="12">{html.escape(title)}</text>'
+        f'<text class="title" x="{LEFT:g}" y="12">{in_html(title)}</text>'
         f"{_value_axis(scale)}{_time_axis(duration)}{''.join(lines)}"
         f'<line class="cursor" x1="{LEFT:g}" x2="{LEFT:g}" y1="{TOP:g}" y2="{HEIGHT - BOTTOM:g}"/></svg>'
     )
@@ -106,7 +106,7 @@ def _polyline(curve: Curve, scale: Scale, duration: float) -> str:
     time, values = curve.envelope()
     x = LEFT + (WIDTH - LEFT - RIGHT) * time / duration
     points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, scale.height(values)))
-    return f'<polyline points="{points}" stroke="{html.escape(curve.color)}"/>'
+    return f'<polyline points="{points}" stroke="{in_html(curve.color)}"/>'
 
 
 def _value_axis(scale: Scale) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 from collections.abc import Sequence
 from itertools import groupby
 
@@ -19,6 +18,7 @@ from robust_ik.display.family_words import (
 )
 from robust_ik.display.panels import curve_panels
 from robust_ik.display.results import number
+from robust_ik.safe_text import in_html
 from robust_ik.singularities.facts import RobotFacts
 from robust_ik.singularities.tables import cells
 
@@ -53,9 +53,9 @@ def _row(facts: RobotFacts, index: int, family: Family) -> str:
     return (
         f'<tr class="family" data-row="{index}"><td class="number">{index + 1}</td><th scope="row">'
         f'<button type="button" data-row="{index}" aria-expanded="false" aria-controls="card{index}">'
-        f"{html.escape(words)}</button><span>{html.escape(lost)}</span></th>"
-        f'<td class="dim">{dimension}</td><td class="pieces">{html.escape(pieces)}</td>'
-        f'<td class="limits"><span class="{"in" if family.stratum.within_limits else "out"}">{html.escape(limits)}'
+        f"{in_html(words)}</button><span>{in_html(lost)}</span></th>"
+        f'<td class="dim">{dimension}</td><td class="pieces">{in_html(pieces)}</td>'
+        f'<td class="limits"><span class="{"in" if family.stratum.within_limits else "out"}">{in_html(limits)}'
         f'</span></td></tr><tr class="detail" id="card{index}" hidden><td colspan="{COLUMNS}">{_card(facts, family)}'
         f"</td></tr>"
     )
@@ -76,7 +76,7 @@ def _card(facts: RobotFacts, family: Family) -> str:
         ("Checked", [f"largest σ/σ₁ at random members: {stratum.residual:.1e}".replace("e-", "e−"), *_floor(family)]),
     ]
     listed = "".join(
-        f"<dt>{html.escape(name)}</dt><dd>{''.join(f'<p>{html.escape(text)}</p>' for text in texts)}</dd>"
+        f"<dt>{in_html(name)}</dt><dd>{''.join(f'<p>{in_html(text)}</p>' for text in texts)}</dd>"
         for name, texts in entries
         if texts
     )

@@ -14,6 +14,7 @@ from typing import Any
 
 from robust_ik.display._meshcat import VIEWER_FOLDER
 from robust_ik.display.pack import packed_scene
+from robust_ik.safe_text import in_html
 
 
 def scene_page(commands: Iterable[bytes], title: str) -> str:
@@ -44,7 +45,7 @@ def document(title: str, body: str, styles: Iterable[str], scripts: Iterable[str
         f"; connect-src {connect}" if connect else ""
     )
     return Template(asset("page.html")).substitute(
-        title=html.escape(title),
+        title=in_html(title),
         policy=html.escape(policy),
         style="\n".join(asset(name) for name in styles),
         body=body,

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import html
-
 import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.display.torus import Axis, pairs, strokes
+from robust_ik.safe_text import in_html
 from robust_ik.singularities.kinematics import ScrewChain
 from robust_ik.singularities.tracing import Curve
 
@@ -31,7 +30,7 @@ def curve_panels(chain: ScrewChain, curves: tuple[Curve, ...], now: Array) -> st
 
 def _panel(across: Axis, up: Axis, curves: tuple[Curve, ...], now: Array) -> str:
     drawn = "".join(_drawn(curve, across, up) for curve in curves)
-    title = html.escape(f"{up.label} against {across.label}")
+    title = in_html(f"{up.label} against {across.label}")
     x, y = _place(np.array([[across.shown(now), up.shown(now)]]), across, up)[0]
     return (
         f'<svg class="panel" viewBox="0 0 {LEFT + SIDE + RIGHT:g} {TOP + SIDE + BOTTOM:g}" role="img" '
@@ -70,9 +69,9 @@ def _grid(across: Axis, up: Axis) -> str:
         marks.append(f'<text x="{LEFT - 4:g}" y="{y + 3.5:.1f}" text-anchor="end">{_tick(value)}</text>')
     middle = LEFT + SIDE / 2
     marks.append(
-        f'<text class="name" x="{middle:g}" y="{TOP + SIDE + 26:g}" text-anchor="middle">{html.escape(across.label)}'
+        f'<text class="name" x="{middle:g}" y="{TOP + SIDE + 26:g}" text-anchor="middle">{in_html(across.label)}'
         f'</text><text class="name" x="9" y="{TOP + SIDE / 4:g}" text-anchor="middle" '
-        f'transform="rotate(-90 9 {TOP + SIDE / 4:g})">{html.escape(up.label)}</text>'
+        f'transform="rotate(-90 9 {TOP + SIDE / 4:g})">{in_html(up.label)}</text>'
     )
     return "".join(marks)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -18,6 +17,7 @@ from robust_ik.display.stage import Entry, animation_data, missing_notice, node_
 from robust_ik.errors import InputError
 from robust_ik.inverses import JParse
 from robust_ik.outputs import write_file
+from robust_ik.safe_text import in_html
 from robust_ik.trajectory import Trajectory
 
 PALETTE = ("#1f77c9", "#e08a00", "#8e5bd0", "#12907f", "#b0552f", "#6b7785", "#c04f8f", "#7a8f1e")
@@ -106,15 +106,15 @@ def _body(
     robot = runs[0].robot
     facts = f"{robot.name} · {robot.n} joints · tip {robot.tip} · task {' '.join(robot.rows)}"
     buttons = "".join(
-        f'<button type="button" data-run="{index}" aria-pressed="false">{swatch(color)}{html.escape(name)}</button>'
+        f'<button type="button" data-run="{index}" aria-pressed="false">{swatch(color)}{in_html(name)}</button>'
         for index, (name, color) in enumerate(zip(names, colors))
     )
     return f"""<main>
 {stage(_legend(drawn))}
 <aside>
-<h1>{html.escape(title)}</h1>
-<p class="facts">{html.escape(facts)}</p>
-{f"<p>{html.escape(text)}</p>" if text else ""}
+<h1>{in_html(title)}</h1>
+<p class="facts">{in_html(facts)}</p>
+{f"<p>{in_html(text)}</p>" if text else ""}
 {missing_notice(drawn.robot.missing_meshes)}
 <div class="methods" role="group" aria-label="Method">{buttons}</div>
 {results_charts(runs, colors)}

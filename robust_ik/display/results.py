@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import math
 import re
 from collections.abc import Sequence
@@ -13,18 +12,19 @@ from robust_ik.checks import Array
 from robust_ik.display.chart import Curve, chart
 from robust_ik.robot import Robot
 from robust_ik.rows import ROWS
+from robust_ik.safe_text import in_html
 from robust_ik.trajectory import Trajectory
 
 
 def results_table(names: Sequence[str], runs: Sequence[Trajectory], colors: Sequence[str]) -> str:
     """HTML of the table; its columns carry data-run with the number of the run."""
     heads = "".join(
-        f'<th scope="col" data-run="{index}" style="border-top: 3px solid {html.escape(color)}">{breakable(name)}</th>'
+        f'<th scope="col" data-run="{index}" style="border-top: 3px solid {in_html(color)}">{breakable(name)}</th>'
         for index, (name, color) in enumerate(zip(names, colors))
     )
     rows = "".join(
-        f'<tr><th scope="row">{html.escape(label)}</th>'
-        + "".join(f'<td data-run="{index}">{html.escape(value)}</td>' for index, value in enumerate(values))
+        f'<tr><th scope="row">{in_html(label)}</th>'
+        + "".join(f'<td data-run="{index}">{in_html(value)}</td>' for index, value in enumerate(values))
         + "</tr>"
         for label, values in _rows(runs)
     )
@@ -81,12 +81,12 @@ def number(value: float) -> str:
 
 def breakable(name: str) -> str:
     """HTML of a name that may be broken between the words of CamelCase."""
-    return re.sub(r"(?<=[a-z])(?=[A-Z])", "<wbr>", html.escape(name))
+    return re.sub(r"(?<=[a-z])(?=[A-Z])", "<wbr>", in_html(name))
 
 
 def swatch(color: str) -> str:
     """HTML of a spot of that CSS colour."""
-    return f'<i class="swatch" style="background:{html.escape(color)}"></i>'
+    return f'<i class="swatch" style="background:{in_html(color)}"></i>'
 
 
 def _kinds(robot: Robot) -> tuple[bool, bool]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -57,18 +57,21 @@ def runs_figure(runs: Mapping[str, Trajectory], quantities: Sequence[str] = SHOW
             raise InputError(f"there is no quantity {name!r}; {suggest(name, QUANTITIES)}")
     figure = Figure(figsize=(8, 2.1 * len(quantities) + 0.6), layout="constrained")
     axes = figure.subplots(len(quantities), 1, sharex=True, squeeze=False)[:, 0]
+    first: list[Any] = []
     for ax, name in zip(axes, quantities):
         title, logarithmic, quantity = QUANTITIES[name]
-        for index, (label, run) in enumerate(runs.items()):
+        for index, run in enumerate(runs.values()):
             values = quantity(run)
             shown = np.where(values > FLOOR, values, FLOOR) if logarithmic else values
             lines = ax.plot(run.time, shown, color=f"C{index}", linewidth=1.2)
-            lines[0].set_label(in_figure(label))
+            if ax is axes[0]:
+                first.append(lines[0])
         ax.set(ylabel=title, yscale="log" if logarithmic else "linear")
         ax.grid(alpha=0.3)
     axes[-1].set_xlabel("time [s]")
-    handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=3, fontsize="small")
+    legend = figure.legend(first, map(str, range(len(runs))), loc="outside upper center", ncols=3, fontsize="small")
+    for text, name in zip(legend.get_texts(), runs):  # as labels, names that begin with "_" would be hidden
+        text.set_text(in_figure(name))
     return figure
 
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import base64
-import html
 from collections.abc import Sequence
 from typing import Any
 
 from robust_ik.display._meshcat import Visualizer
 from robust_ik.display.drawn_robot import MissingMesh
 from robust_ik.display.tracks import Tracks
+from robust_ik.safe_text import in_html
 
 MOST_NAMED = 40
 Entry = tuple[str, str, str, str]
@@ -25,8 +25,8 @@ def stage(entries: Sequence[Entry], *, over: str = "", beside: str = "") -> str:
         beside: HTML that stands before the player's button.
     """
     legend = "".join(
-        f'<li><button type="button" data-group="{group}" aria-pressed="true" title="{html.escape(meaning)}">'
-        f'<i class="icon {icon}"></i>{html.escape(name)}</button></li>'
+        f'<li><button type="button" data-group="{group}" aria-pressed="true" title="{in_html(meaning)}">'
+        f'<i class="icon {icon}"></i>{in_html(name)}</button></li>'
         for group, icon, name, meaning in entries
     )
     return f"""<section class="stage">
@@ -47,9 +47,7 @@ def missing_notice(missing: Sequence[MissingMesh]) -> str:
     if not missing:
         return ""
     named = list(dict.fromkeys((lost.name, lost.reason) for lost in missing))
-    lines = "".join(
-        f"<li><code>{html.escape(name)}</code> {html.escape(reason)}</li>" for name, reason in named[:MOST_NAMED]
-    )
+    lines = "".join(f"<li><code>{in_html(name)}</code> {in_html(reason)}</li>" for name, reason in named[:MOST_NAMED])
     more = f"<li>and {len(named) - MOST_NAMED} more</li>" if len(named) > MOST_NAMED else ""
     count = "One mesh is" if len(named) == 1 else f"{len(named)} meshes are"
     return (

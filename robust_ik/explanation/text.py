@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from robust_ik.checks import Array
+from robust_ik.safe_text import visible
 
 if TYPE_CHECKING:
     from robust_ik.explanation.step import Explanation
@@ -80,4 +81,4 @@ def _percent(fraction: float) -> str:
 def _in_words(vector: Array, names: Sequence[str]) -> str:
     """The largest components by name, such as "+0.91 x −0.41 wz"."""
     largest = [i for i in np.argsort(-np.abs(vector))[:SHOWN] if abs(vector[i]) >= SHOWN_FROM]
-    return " ".join(f"{vector[i]:+.2f} {names[i]}" for i in largest).replace("-", "−")
+    return " ".join(f"{vector[i]:+.2f} {visible(names[i])}" for i in largest).replace("-", "−")

@@ -11,6 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from robust_ik.errors import RobustIKError
+from robust_ik.safe_text import in_latex, in_markdown, plain, visible
 from robust_ik.singularities.strata import Stratum
 
 if TYPE_CHECKING:
@@ -19,8 +20,8 @@ if TYPE_CHECKING:
 HEADINGS = ("corank", "conditions", "dim", "pieces", "within limits", "margin", "what is lost, as a wrench")
 NO_LIMITS = "no limits"
 TEX = {
-    "π": r"\pi ", "∈": r"\in", "±": r"\pm ", "−": "-", "½": r"\tfrac12 ", "·": r"\cdot ", "{": r"\{", "}": r"\}",
-    "_": r"\_", "%": r"\%", "&": r"\&", "#": r"\#", "σ": r"\sigma ",
+    "π": r"\pi ", "∈": r"\in", "±": r"\pm ", "−": "-", "½": r"\tfrac12 ", "·": r"\cdot ", "σ": r"\sigma ",
+    "^": "^",  # a power; two of them would begin any letter that TeX knows by its number
 }  # fmt: skip
 
 
@@ -57,8 +58,8 @@ def cells(row: Stratum) -> tuple[str, ...]:
 def rich_table(atlas: SingularityAtlas) -> Table:
     """For a terminal, also a narrow one: what is lost stands below the conditions."""
     table = Table(
-        title=Text(f"Singularities of {atlas.robot.name}"),
-        caption=Text(atlas.explanation),
+        title=plain(f"Singularities of {visible(atlas.robot.name)}"),
+        caption=plain(atlas.explanation),
         caption_justify="left",
         box=box.SIMPLE_HEAD,
         padding=(0, 1, 0, 0),
@@ -69,7 +70,7 @@ def rich_table(atlas: SingularityAtlas) -> Table:
         table.add_column(heading, justify="right")
     for row in atlas:
         corank, words, dimension, pieces, within, margin, lost = cells(row)
-        both = Text.assemble(words, "\n", (lost, "dim")) if lost else Text(words)
+        both = Text.assemble(visible(words), "\n", (visible(lost), "dim")) if lost else plain(words)
         limits = margin if margin == NO_LIMITS else f"{within}, {margin}"
         table.add_row(corank, both, dimension, pieces, limits, end_section=row is atlas.of_corank(row.corank)[-1])
     return table
@@ -78,9 +79,9 @@ def rich_table(atlas: SingularityAtlas) -> Table:
 def markdown(atlas: SingularityAtlas) -> str:
     """A Markdown table with the explanation below."""
     lines = ["| " + " | ".join(HEADINGS) + " |", "|" + "---|" * len(HEADINGS)]
-    lines += ["| " + " | ".join(cell.replace("|", r"\|") for cell in cells(row)) + " |" for row in atlas]
+    lines += ["| " + " | ".join(map(in_markdown, cells(row))) + " |" for row in atlas]
     table = "\n".join(lines) + "\n\n" if len(atlas) else ""
-    return f"{table}{atlas.explanation}\n"
+    return table + "\n".join(map(in_markdown, atlas.explanation.split("\n"))) + "\n"
 
 
 def latex(atlas: SingularityAtlas) -> str:
@@ -101,7 +102,7 @@ def _tex(text: str) -> str:
     """Text with what LaTeX would read otherwise put in its words; formulas in mathematics."""
     if text.startswith("≈ "):
         return rf"$\approx {text[2:]}$"
-    escaped = "".join(TEX.get(letter, letter) for letter in text)
+    escaped = in_latex(text.replace("^^", "^ ^"), TEX)
     formula = "=" in text or "∈" in text or "−" in text
     return f"${escaped}$" if formula and "no short" not in text else escaped
 
