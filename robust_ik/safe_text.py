@@ -14,9 +14,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rich.text import Text
 
-LONGEST = 4000
-"""Letters of an error message that are kept."""
-
 LATEX = {
     "\\": r"\ensuremath{\backslash}", "{": r"\{", "}": r"\}", "$": r"\$", "&": r"\&", "#": r"\#", "_": r"\_",
     "%": r"\%", "~": r"\ensuremath{\sim}", "^": r"\ensuremath{\wedge}",
@@ -41,11 +38,6 @@ def _seen(letter: str) -> str:
 def visible_lines(text: object) -> str:
     """`visible`, line by line."""
     return "\n".join(map(visible, str(text).split("\n")))
-
-
-def shortened(text: str, most: int = LONGEST) -> str:
-    """Text of which the middle is left out where it is too long to be read."""
-    return text if len(text) <= most else f"{text[: most * 3 // 4]} […] {text[len(text) - most // 4 :]}"
 
 
 def plain(text: object) -> Text:

@@ -341,7 +341,7 @@ def test_a_result_on_standard_output_can_be_read_by_a_program(command):
     assert json.loads(out)["format"] == "robust_ik singularity atlas"
     assert "q2 ∈ {0, π}" in err
     assert "Wrote -" in err
-    assert command("export", "planar_2r", "/dev/fd/1")[1].startswith("<?xml")
+    assert command("export", "planar_2r", "/dev/fd/1")[1].startswith("<robot")
     assert command("robots")[1]
 
 

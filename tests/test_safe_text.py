@@ -20,7 +20,7 @@ from rich.text import Text
 import robust_ik as rik
 from robust_ik import cli
 from robust_ik.display import write_html
-from robust_ik.errors import InputError
+from robust_ik.errors import LONGEST_MESSAGE, InputError
 from robust_ik.safe_text import (
     in_figure,
     in_html,
@@ -28,7 +28,6 @@ from robust_ik.safe_text import (
     in_markdown,
     in_markup,
     plain,
-    shortened,
     visible,
     visible_lines,
 )
@@ -139,11 +138,10 @@ def test_in_a_figure_no_formula_comes_of_it(text):
     assert not is_math_text(in_figure(text))
 
 
-def test_long_messages_are_cut_and_every_error_is_one_visible_line():
-    assert len(shortened("x" * 10**6)) < 4100
-    error = InputError("a" * 10**6 + "\x1b[31m\u202e\n" + "z")
+def test_every_error_is_one_visible_line_that_is_cut():
+    error = InputError("\u202e" * 10**6 + "\x1b[31m\n" + "z")
     assert str(error).isprintable()
-    assert len(str(error)) < 4100
+    assert len(str(error)) <= LONGEST_MESSAGE
     assert str(error).endswith("z")
 
 
