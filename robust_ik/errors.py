@@ -12,8 +12,8 @@ RobustIKError
     └── DHError                    a DH table that is broken
 ```
 
-Messages quote what was given and say what is possible. They are one line of letters that can all be seen; one that would
-be longer than `LONGEST_MESSAGE` is cut in the middle.
+Messages quote what was given and say what is possible. They are one line of letters that can all be seen; one that
+would be longer than `LONGEST_MESSAGE` is cut in the middle.
 """
 
 from __future__ import annotations

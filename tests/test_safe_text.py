@@ -44,7 +44,7 @@ NASTY = [
     "abc\u202edcba\u2066\u200b\ufeff\u00ad\U000e0041",
     "\x80\x9b31m\x7f\u2028\u2029\u0085",
     "_hidden",
-    "${body} $data %s {0} {{x}}",
+    "$ {body} $data %s {0} {{x}}",
     "конец 手 😀 é",
 ]
 """What XML can hold; the last is harmless, and stays as it is."""
