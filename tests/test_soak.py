@@ -10,9 +10,9 @@ from robust_ik.resolvers import levels
 from tests import soak
 
 
-def test_no_promise_is_broken_in_some_thousand_random_steps():
-    counts = soak.soak(soak.load_robots(), 5_000, seed=0)
-    assert sum(counts.values()) == 5_000
+def test_no_promise_is_broken_in_more_than_a_thousand_random_steps():
+    counts = soak.soak(soak.load_robots(), 1_500, seed=0)
+    assert sum(counts.values()) == 1_500
     assert all(count > 0 for count in counts.values())
 
 
@@ -65,6 +65,7 @@ def test_the_soak_finds_joints_that_do_not_brake(monkeypatch):
 def test_the_soak_finds_joints_that_do_not_come_back(monkeypatch):
     ceiling = rik.JointLimits._ceiling
     monkeypatch.setattr(rik.JointLimits, "_ceiling", lambda *given: np.maximum(ceiling(*given), 0.0))
+    monkeypatch.setattr(soak, "random_start", lambda robot, limits, rng: robot.configuration(limits.upper + 0.1))
     with pytest.raises(AssertionError, match="^return"):
         soak.soak([rik.load("panda")], 3_000, seed=1)
 

@@ -51,8 +51,8 @@ def test_the_largest_share_is_the_supremum_of_sigma_phi(inverse, sigma_max, expe
 
 
 def test_the_sharp_gain_never_lets_v_grow_and_the_papers_is_m_times_smaller(rng):
-    """P9: S ≥ 0 at equality for 2000 random J, K and p; 1 % more gain breaks it for K = kI."""
-    for _ in range(2000):
+    """P9: S ≥ 0 at equality for 500 random J, K and p; 1 % more gain breaks it for K = kI."""
+    for _ in range(500):
         m = int(rng.integers(1, 7))
         inverse, dt = JParse(gamma=rng.uniform(0.05, 0.9), gain=rng.uniform(0.2, 4)), rng.uniform(1e-3, 1)
         J = matrix(np.sort(rng.uniform(0, 2, m))[::-1], m, m + int(rng.integers(0, 3)), rng)
