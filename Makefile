@@ -11,11 +11,11 @@ demo: $(VENV)/.ready
 	$(VENV)/bin/robust-ik demo --output out/demo.html
 
 test: $(VENV)/.ready
-	$(PY) -m pytest -n auto
+	$(PY) -m pytest -n auto --dist loadfile
 
 # For people at work: under two minutes on two idle cores.
 test-quick: $(VENV)/.ready
-	$(PY) -m pytest -n auto --quick tests
+	$(PY) -m pytest -n auto --dist loadfile --quick tests
 
 # As if on other machines: other routines of BLAS, NumPy and C, other compiled code, starts moved, load on all cores.
 test-everywhere: $(VENV)/.ready

@@ -188,7 +188,7 @@ def main(arguments: list[str] | None = None) -> int:
             continue
         print(f"{setting.name} …", flush=True)
         started = time.monotonic()
-        passed, line = run(setting, rest or ["-n", "auto"], given.logs)
+        passed, line = run(setting, rest or ["-n", "auto", "--dist", "loadfile"], given.logs)
         failed, ran = failed or not passed, ran + 1
         table.add_row(setting.name, "passed" if passed else "FAILED", line, f"{time.monotonic() - started:.0f}")
     Console(width=150).print(table)
