@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
 from robust_ik.checks import Array
-from robust_ik.errors import FrameNotFoundError, TipError, listed, suggest
+from robust_ik.errors import FrameNotFoundError, suggest
 
 MOVING_TYPES = ("revolute", "continuous", "prismatic")
 
@@ -37,6 +36,7 @@ class Joint:
         velocity: Speed limit, rad/s or m/s.
         mimic: What it follows, if it is no joint of its own.
         problem: Why it cannot move as the file has it; empty if it can.
+        length: How far its origin is from its parent's, m.
     """
 
     name: str
@@ -48,6 +48,7 @@ class Joint:
     velocity: float
     mimic: Mimic | None = None
     problem: str = ""
+    length: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -212,24 +213,3 @@ class Description:
                     base.source, mimic.multiplier * base.multiplier, mimic.multiplier * base.offset + mimic.offset
                 )
         return drivers
-
-    def longest_leaf(self) -> str:
-        """The leaf of the one longest chain; of several that end alike, one called tool0 (ROS-Industrial's name).
-
-        Raises:
-            TipError: Several chains are equally long; the message lists their leaves.
-        """
-        counts = {leaf: len(self.moving_joints(leaf)) for leaf in self.leaves}
-        longest = max(counts.values(), default=0)
-        candidates = [leaf for leaf, count in counts.items() if count == longest]
-        if longest == 0:
-            raise TipError(f"{self.name} has no joint that moves")
-        chains = Counter(self.moving_joints(leaf) for leaf in candidates)
-        if len(chains) == 1 and "tool0" in candidates:
-            return "tool0"
-        if len(candidates) > 1:
-            raise TipError(
-                f"{self.name} has {len(candidates)} chains of {longest} joints; give a tip (tip=, --tip), one of: "
-                + listed(sorted(candidates))
-            )
-        return candidates[0]

@@ -30,8 +30,8 @@ def load(
 
     Args:
         robot: A name that `robust-ik robots` lists, a `.urdf` path, or the path of a DH table, `.toml`.
-        tip: Link or joint frame to move. By default the documented tool frame of a known robot, else the leaf of the
-            one longest chain.
+        tip: Link or joint frame to move. By default the documented tool frame of a known robot, else the end of the
+            one arm, which is the link that its fingers share; `Robot.notes` say where that was guessed.
         package_dirs: Where packages lie that the URDF's mesh paths name.
         rows: Task rows, of x y z wx wy wz; default all six, or those the DH table states.
         whole_tree: Keep every joint, also those that do not move the tip; then the tip may be left out.

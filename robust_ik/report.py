@@ -18,6 +18,8 @@ from robust_ik.robot import Robot
 from robust_ik.safe_text import in_markdown, plain, visible
 from robust_ik.trajectory import Trajectory
 
+MOST_NOTES = 20
+
 
 def comparison(runs: Mapping[str, Trajectory]) -> Table:
     """One row per method: joint speed, tracking error, smallest σ, time per step. Fits 80 columns."""
@@ -167,8 +169,10 @@ def _facts(robot: Robot) -> Iterable[tuple[str, str]]:
     meshes = len(list(_meshes(robot)))
     if meshes:
         yield "meshes", f"{meshes - len(missing)} of {meshes} found" + "".join(f"\n{visible(line)}" for line in missing)
-    if robot.description.notes:
-        yield "notes", "\n".join(map(visible, robot.description.notes))
+    if robot.notes:
+        more = len(robot.notes) - MOST_NOTES
+        shown = [visible(note) for note in robot.notes[:MOST_NOTES]]
+        yield "notes", "\n".join([*shown, *([f"… and {more} more"] if more > 0 else [])])
 
 
 def _tip_facts(robot: Robot, reach: Reach) -> Iterable[tuple[str, str]]:

@@ -5,6 +5,7 @@ Default reference of Jacobians and Hessians: LOCAL_WORLD_ALIGNED (the tip's poin
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
@@ -20,7 +21,12 @@ from robust_ik.joints import JointMap
 from robust_ik.model import Kinematics, build_model, joints_to_keep
 from robust_ik.pose_inverse import PoseInverse
 from robust_ik.rows import ROWS, checked_rows
+from robust_ik.tips import choose_tip
 from robust_ik.urdf import parse_urdf, read_urdf
+
+LOGGER = logging.getLogger("robust_ik")
+_TOLD: set[str] = set()
+"""The notes that were logged: reading a file again says nothing new."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +44,7 @@ class Robot(PoseInverse):
         upper: Upper limits of the n joints, rad or m; +∞ where none is stated.
         velocity_limit: Speed limits of the n joints, rad/s or m/s; +∞ where none is stated.
         rest: A configuration to start from, (nq,): the catalogue's, else zero moved inside the limits.
+        guess: Why this tip was taken, where none was given and the choice is not plain; else empty.
     """
 
     name: str
@@ -50,6 +57,7 @@ class Robot(PoseInverse):
     rest: Array
     _kinematics: Kinematics = field(repr=False)
     _joints: JointMap = field(repr=False)
+    guess: str = field(default="", repr=False)
 
     def __post_init__(self) -> None:
         for name in ("lower", "upper", "velocity_limit", "rest"):
@@ -61,6 +69,20 @@ class Robot(PoseInverse):
 
     def __repr__(self) -> str:
         return f"Robot({self.name!r}, n={self.n}, tip={self.tip!r}, rows={' '.join(self.rows)})"
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a user should know of how the file was read and the tip chosen, a sentence each."""
+        return self.description.notes + ((self.guess,) if self.guess else ())
+
+    def _told(self) -> Self:
+        """The robot, after its notes were logged; a note of a file is logged once."""
+        for note in self.notes:
+            said = f"{self.description.source}: {note}"
+            if said not in _TOLD:
+                _TOLD.add(said)
+                LOGGER.warning("%s", said)
+        return self
 
     # ------------------------------------------------------------------------------------------ construction
     @classmethod
@@ -77,7 +99,7 @@ class Robot(PoseInverse):
 
         Args:
             path: The file.
-            tip: Link or joint frame to move; by default the leaf of the one longest chain.
+            tip: Link or joint frame to move; by default the end of the one arm, and `notes` say where it was guessed.
             package_dirs: Where packages lie that mesh paths name.
             rows: Task rows, of x y z wx wy wz.
             whole_tree: Keep every joint, also those that do not move the tip; then the tip may be left out.
@@ -116,8 +138,10 @@ class Robot(PoseInverse):
         whole_tree: bool = False,
     ) -> Self:
         """A robot from a checked description; arguments and errors as for `from_urdf`."""
+        guess = ""
         if tip is None and not whole_tree:
-            tip = description.longest_leaf()
+            chosen = choose_tip(description)
+            tip, guess = chosen.name, chosen.note
         keep = joints_to_keep(description, None if whole_tree else tip)
         model = build_model(description, keep)
         joints = JointMap.of(description, list(model.names)[1:])
@@ -133,7 +157,8 @@ class Robot(PoseInverse):
             rest=joints.configuration(np.clip(0.0, lower, upper)),
             _kinematics=Kinematics(model),
             _joints=joints,
-        )
+            guess=guess,
+        )._told()
 
     def with_rows(self, rows: Sequence[str]) -> Robot:
         """The same robot with other task rows."""

@@ -159,7 +159,8 @@ def _joint(joint: Any, moving: set[str], problems: dict[str, tuple[str, str]], n
     if mimic is not None and mimic.source not in moving:
         notes.add(f"mimics {shown(mimic.source)}, which is no joint that moves: it is free", named("joint", joint.name))
         mimic = None
-    return Joint(joint.name, kind, joint.parent, joint.child, lower, upper, velocity, mimic, problem)
+    length = 0.0 if joint.origin is None else math.hypot(*joint.origin[:3, 3])
+    return Joint(joint.name, kind, joint.parent, joint.child, lower, upper, velocity, mimic, problem, length)
 
 
 def _limits(joint: Any, notes: Notes) -> tuple[float, float]:

@@ -11,6 +11,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from robust_ik.description import Box, Cylinder, Sphere
 from robust_ik.dh import DHJoint, DHTable, screw
 from robust_ik.dh_urdf import dh_to_urdf
+from robust_ik.tips import choose_tip
 from robust_ik.urdf import parse_urdf
 
 CONVENTIONS = ("standard", "modified")
@@ -159,7 +160,7 @@ def test_our_own_reader_has_nothing_to_remark(convention):
     robot = parse_urdf(dh_to_urdf(table))
     assert robot.notes == ()
     assert robot.root == "base"
-    assert robot.longest_leaf() == "tool"
+    assert choose_tip(robot).name == "tool"
     assert robot.moving_joints("tool") == table.joint_names
 
 

@@ -113,6 +113,25 @@ def test_an_ambiguous_robot_says_which_tips_there_are():
         rik.load("alex_nub_hands")
 
 
+def test_a_note_is_logged_once_for_each_file(tmp_path, caplog):
+    for name in ("a", "b", "a"):
+        path = tmp_path / f"{name}.urdf"
+        path.write_text(gantry())
+        robot = rik.load(path)
+        assert "has no position limits" in robot.notes[0] or "states no position limits" in robot.notes[0]
+    told = [record.getMessage() for record in caplog.records if record.name == "robust_ik"]
+    assert [message.split(": ")[0] for message in told] == [str(tmp_path / "a.urdf"), str(tmp_path / "b.urdf")]
+    assert all("it is taken as unlimited" in message for message in told)
+
+
+def test_a_tip_that_was_guessed_is_noted(caplog):
+    robot = rik.Robot.from_urdf(catalog.find("panda").path)
+    assert robot.tip == "panda_hand"
+    assert "no tip was given: 'panda_hand'" in robot.notes[-1]
+    assert rik.Robot.from_urdf(catalog.find("panda").path, "panda_hand").notes == ()
+    assert rik.load("panda").notes == ()
+
+
 def test_suggestions_put_near_names_first_and_cut_long_lists():
     assert suggest("tol0", ["tool0", "base"]) == "did you mean 'tool0'? there are: base, tool0"
     assert suggest("zzz", []) == "there are: none"

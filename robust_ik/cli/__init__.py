@@ -14,7 +14,7 @@ import typer
 
 import robust_ik
 from robust_ik.cli import compare, demo, inverses, robots, singularities, warmup
-from robust_ik.cli.shared import console, errors
+from robust_ik.cli.shared import console, errors, show_notes
 from robust_ik.errors import RobustIKError
 from robust_ik.safe_text import in_markup
 
@@ -49,11 +49,13 @@ def _version(wanted: bool) -> None:
 
 @app.callback()
 def _root(
-    version: Annotated[
+    context: typer.Context,
+    version: Annotated[  # noqa: ARG001 (its callback has acted)
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and stop.")
     ] = False,
 ) -> None:
     """Singularity-robust inverse kinematics for any robot arm."""
+    show_notes(context.invoked_subcommand != "info")  # whose table holds them
 
 
 def main() -> None:

@@ -29,6 +29,7 @@ def _joints_and_tip(entry: Entry) -> tuple[str, str]:
     """How many joints, and which tip is moved by default; what went wrong where it cannot be read."""
     from robust_ik.description import MOVING_TYPES
     from robust_ik.loading import load
+    from robust_ik.tips import choose_tip
     from robust_ik.urdf import read_urdf
 
     try:
@@ -39,7 +40,7 @@ def _joints_and_tip(entry: Entry) -> tuple[str, str]:
         moving = [joint for joint in description.joints if joint.kind in MOVING_TYPES and joint.mimic is None]
         if not moving:
             return "0", "(nothing moves)"
-        tip = entry.known.tip if entry.known else description.longest_leaf()
+        tip = entry.known.tip if entry.known else choose_tip(description).name
         return str(len(description.moving_joints(tip))), tip
     except TipError:
         return str(len(moving)), f"{len(description.leaves)} leaves: give --tip"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from pathlib import Path
 from typing import Annotated
 
@@ -60,6 +61,20 @@ def check_results(**paths: Path | None) -> None:
 def say_written(path: Path) -> None:
     """Says where a result is."""
     console.print(f"Wrote [bold]{in_markup(path)}[/]", soft_wrap=True)
+
+
+class _NoteHandler(logging.Handler):
+    """Prints what is logged on stderr, a line each."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Prints one record."""
+        errors.print(f"[yellow]note:[/] {in_markup(record.getMessage())}", soft_wrap=True)
+
+
+def show_notes(wanted: bool) -> None:
+    """Prints, or keeps back, what the package logs of how it reads robots."""
+    handler = _NoteHandler() if wanted else logging.NullHandler()
+    logging.getLogger("robust_ik").handlers = [handler]
 
 
 def file_name(name: str) -> str:

@@ -1,0 +1,188 @@
+"""Which frame of a robot is its tip, when nobody says so: the end of its one arm.
+
+An arm's end is found by going down the tree into the branch with the most joints. Where several branches have the
+same number, they are either the fingers of a hand, whose last common link is then the tip, or the arms and legs of a
+robot that has several, and then only the user can tell.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+from robust_ik.description import Description, Joint
+from robust_ik.errors import TipError, listed
+
+LEAST_ARM = 3
+"""Joints that carry a hand at least."""
+LONGEST_HAND = 0.5
+"""A finger's length as part of the arm's, above which it is taken for an arm of its own."""
+
+
+@dataclass(frozen=True)
+class Tip:
+    """A tip that was chosen.
+
+    Attributes:
+        name: The link.
+        note: What it was guessed from and what else there is; empty if the choice was plain.
+    """
+
+    name: str
+    note: str = ""
+
+
+def choose_tip(description: Description) -> Tip:
+    """The end of the one arm: the leaf of the longest chain, or the link that its fingers share.
+
+    Of several leaves that move alike it is the one called tool0 (ROS-Industrial's name), else the last link that they
+    share.
+
+    Raises:
+        TipError: Nothing moves, or several arms are equally long; the message lists their ends.
+    """
+    tree = _Tree(description)
+    if tree.deepest[description.root] == 0:
+        raise TipError(f"{description.name} has no joint that moves")
+    ends = tree.ends(description.root)
+    if len(ends) == 1:
+        return ends[0]
+    names = sorted(end.name for end in ends)
+    rest = sorted(set(description.leaves) - set(names))
+    shared = tree.shared(names)
+    raise TipError(
+        f"{description.name} has {len(ends)} chains of {tree.deepest[description.root]} joints; "
+        f"give a tip (tip=, --tip), one of: {listed(names)}"
+        + (f"; or {shared}, the last link that they share" if tree.sources[shared] else "")
+        + (f"; or another leaf: {listed(rest, 20)}" if rest else "")
+    )
+
+
+class _Tree:
+    """How many independent joints move each link, and how many more come below it."""
+
+    def __init__(self, description: Description) -> None:
+        self.description = description
+        self.sources: dict[str, frozenset[str]] = {description.root: frozenset()}
+        for joint in self._downwards():
+            own = frozenset() if joint.kind == "fixed" else {description.driver[joint.name].source}
+            above = self.sources[joint.parent]
+            self.sources[joint.child] = above if own <= above else above | own
+
+    @cached_property
+    def _below(self) -> dict[str, list[Joint]]:
+        below: dict[str, list[Joint]] = {link: [] for link in self.description.links}
+        for joint in self.description.joints:
+            below[joint.parent].append(joint)
+        return below
+
+    def _downwards(self) -> Iterator[Joint]:
+        waiting = list(self._below[self.description.root])
+        for joint in waiting:
+            waiting += self._below[joint.child]
+        return iter(waiting)
+
+    @cached_property
+    def deepest(self) -> dict[str, int]:
+        """The joints that move the farthest link below each link."""
+        deepest = {link: len(sources) for link, sources in self.sources.items()}
+        for joint in reversed(list(self._downwards())):
+            deepest[joint.parent] = max(deepest[joint.parent], deepest[joint.child])
+        return deepest
+
+    @cached_property
+    def _longest(self) -> dict[str, float]:
+        """The longest way from each link to a leaf, m."""
+        longest = dict.fromkeys(self.sources, 0.0)
+        for joint in reversed(list(self._downwards())):
+            longest[joint.parent] = max(longest[joint.parent], joint.length + longest[joint.child])
+        return longest
+
+    def ends(self, link: str) -> list[Tip]:
+        """The ends of the arms that start at a link: one, or as many as are equally long."""
+        while True:
+            branches = self._branches(link)
+            if not branches:
+                return self._ends_of_body(link)
+            if self._is_hand(branches):
+                return [self._hand(branches)]
+            most = self.deepest[branches[0].child]
+            alike = [branch for branch in branches if self.deepest[branch.child] == most]
+            if len(alike) > 1:
+                return [end for branch in alike for end in self.ends(branch.child)]
+            link = alike[0].child
+
+    def _branches(self, link: str) -> list[Joint]:
+        """The joints that move something against the body that a link is part of, those with most below first."""
+        branches, body = [], [link]
+        for part in body:
+            for joint in self._below[part]:
+                if self.sources[joint.child] == self.sources[link]:
+                    body.append(joint.child)
+                else:
+                    branches.append(joint)
+        return sorted(branches, key=lambda joint: -self.deepest[joint.child])
+
+    def _is_hand(self, branches: list[Joint]) -> bool:
+        """Whether branches are fingers: alike, of fewer joints than carry them, and short."""
+        arm = len(self.sources[branches[0].parent])
+        depths = [self.deepest[branch.child] - arm for branch in branches]
+        alike = depths[:2] == [depths[0]] * 2 or (len(depths) > 2 and 2 * depths[2] >= depths[0])
+        if not alike or arm < LEAST_ARM or arm <= depths[0]:
+            return False
+        reach = sum(joint.length for joint in self.description.chain(self._shared_by(branches)))
+        fingers = (branch.length + self._longest[branch.child] for branch in branches[:2])
+        return max(fingers) <= LONGEST_HAND * reach
+
+    def _shared_by(self, branches: list[Joint]) -> str:
+        alike = [each for each in branches if 2 * self._depth(each) >= self._depth(branches[0])]
+        return self.shared([branch.parent for branch in alike])
+
+    def _depth(self, branch: Joint) -> int:
+        return self.deepest[branch.child] - len(self.sources[branch.parent])
+
+    def _hand(self, branches: list[Joint]) -> Tip:
+        name = self._shared_by(branches)
+        leaves = sorted(leaf for leaf in self.description.leaves if name in self._above(leaf))
+        return Tip(
+            name,
+            f"no tip was given: {name!r}, the last link that the fingers share, is what most people mean and is taken; "
+            f"beyond it there are {listed(leaves, 8)} (tip=, --tip)",
+        )
+
+    def _ends_of_body(self, link: str) -> list[Tip]:
+        """The leaves that no further joint moves; one of them, or what they share, where they are one rigid body."""
+        most = self.sources[link]
+        leaves = [leaf for leaf in self.description.leaves if self.sources[leaf] == most and self._is_below(leaf, link)]
+        if len(leaves) == 1 or self._moves_within(leaves, link):
+            return [Tip(leaf) for leaf in leaves]
+        if "tool0" in leaves:
+            return [Tip("tool0")]
+        name = self.shared(leaves)
+        return [
+            Tip(
+                name,
+                f"no tip was given: {name!r} is taken, the last link that {listed(sorted(leaves), 8)} share, which "
+                "are all fixed to it (tip=, --tip)",
+            )
+        ]
+
+    def _moves_within(self, leaves: list[str], link: str) -> bool:
+        """Whether followers move some of the leaves against others."""
+        above = len(self._above(link))
+        chains = [self.description.chain(leaf)[above - 1 :] for leaf in leaves]
+        return any(joint.kind != "fixed" for chain in chains for joint in chain)
+
+    def _is_below(self, leaf: str, link: str) -> bool:
+        return link in self._above(leaf)
+
+    def _above(self, link: str) -> list[str]:
+        """The links from the root to a link, both included."""
+        return [self.description.root, *(joint.child for joint in self.description.chain(link))]
+
+    def shared(self, links: list[str]) -> str:
+        """The last link that is above all of some links, or one of them."""
+        ways = [self._above(link) for link in links]
+        common = [step[0] for step in zip(*ways) if len(set(step)) == 1]
+        return str(common[-1])
