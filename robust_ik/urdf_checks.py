@@ -11,6 +11,7 @@ from lxml import etree
 from robust_ik.errors import UrdfError
 from robust_ik.notes import Notes, named
 from robust_ik.urdf_numbers import LARGEST, are_numbers, shown
+from robust_ik.xml_bounds import SRDF, URDF, XmlBounds, keeps_brackets
 from robust_ik.xml_repairs import note_version, repaired
 
 MAX_DEPTH = 1000
@@ -33,8 +34,10 @@ def safe_tree(xml: str | bytes, kind: str = "a URDF", notes: Notes | None = None
         kind: What it is, for messages.
         notes: Where it is said what had to be mended.
     """
+    bounds = SRDF if kind == "an SRDF" else URDF
+    bounds.check(xml)
     notes = Notes() if notes is None else notes
-    root = _parsed(xml, notes)
+    root = _parsed(xml, notes, bounds)
     if root.getroottree().docinfo.internalDTD is not None:
         raise UrdfError(_doctype(kind))
     if _drop_default_namespaces(root):
@@ -45,21 +48,25 @@ def safe_tree(xml: str | bytes, kind: str = "a URDF", notes: Notes | None = None
     return root
 
 
-def _parsed(xml: str | bytes, notes: Notes) -> Any:
+def _parsed(xml: str | bytes, notes: Notes, bounds: XmlBounds) -> Any:
     """The tree of strict XML; of what it could be mended to, if it is none."""
     text = xml if isinstance(xml, bytes) else _bytes(xml, notes)
-    try:
-        return _strict(text)
-    except etree.XMLSyntaxError as error:
-        mended = repaired(xml, notes)
+    why = "it declares an encoding that is no relative of ASCII"
+    if isinstance(xml, str) or keeps_brackets(xml):
         try:
-            if mended is not None:
-                return _strict(mended.encode())
+            return _strict(text)
+        except etree.XMLSyntaxError as error:
+            why = error.msg[:300]
+    mended = repaired(xml, notes)
+    if mended is not None:
+        bounds.check(mended)
+        try:
+            return _strict(mended.encode())
         except (etree.XMLSyntaxError, UnicodeEncodeError):
             pass
-        if (b"<!DOCTYPE" if isinstance(xml, bytes) else "<!DOCTYPE") in xml:  # type: ignore[operator]
-            raise UrdfError(_doctype("a robot's file")) from error
-        raise UrdfError(f"not well-formed XML: {error.msg[:300]}") from error
+    if (b"<!DOCTYPE" if isinstance(xml, bytes) else "<!DOCTYPE") in xml:  # type: ignore[operator]
+        raise UrdfError(_doctype("a robot's file"))
+    raise UrdfError(f"not well-formed XML: {why}")
 
 
 def _strict(text: bytes) -> Any:

@@ -1,0 +1,90 @@
+"""How much an XML file may hold, counted in its bytes before anything reads it.
+
+Readers of XML take time and memory for every element, and for the attributes of one element the square of their number;
+50 MB of the smallest elements are twelve million. To count brackets takes some hundredths of a second.
+"""
+
+from __future__ import annotations
+
+import codecs
+import re
+from dataclasses import dataclass
+
+from robust_ik.errors import UrdfError
+
+_LONG = re.compile(rb"<[^<!?/][^<]{3000,}")
+_START_TAG = re.compile(rb"<(?:[^<>\"']+|\"[^\"]*\"|'[^']*')*")
+_DECLARATION = re.compile(rb"<\?xml[^>]{0,200}?encoding\s*=\s*[\"']([^\"']{1,100})")
+_BEFORE = b"\xef\xbb\xbf\xff\xfe\x00 \t\r\n"
+"""Byte order marks and blanks."""
+
+
+@dataclass(frozen=True)
+class XmlBounds:
+    """The most that a kind of file may hold.
+
+    Attributes:
+        kind: What the file is, for messages.
+        elements: Elements in all.
+        of: Elements of a name, as (name, number); those whose names begin so count too.
+        attributes: Attributes of one element.
+        tag: Bytes of one start tag, with all its attributes.
+    """
+
+    kind: str
+    elements: int
+    of: tuple[tuple[str, int], ...] = ()
+    attributes: int = 500
+    tag: int = 100_000
+
+    def check(self, xml: str | bytes) -> None:
+        """Refuses what holds more, whatever else is wrong with it. Of bytes it needs that `keeps_brackets`.
+
+        Raises:
+            UrdfError: It does.
+        """
+        data = xml if isinstance(xml, bytes) else xml.encode("utf-8", "surrogatepass")
+        data = data.replace(b"\0", b"")  # what is left of UTF-16 are the same brackets
+        brackets = data.count(b"<")
+        elements = brackets - sum(data.count(other) for other in (b"</", b"<!", b"<?"))
+        if elements > self.elements:
+            raise UrdfError(f"it has {elements} elements; {self.kind} of over {self.elements} is refused")
+        if brackets > 10 * self.elements:
+            raise UrdfError(f"it has {brackets} tags and comments; {self.kind} of over {10 * self.elements} is refused")
+        for name, most in self.of:
+            if (count := data.count(f"<{name}".encode())) > most:
+                raise UrdfError(f"it has {count} elements <{name}>; {self.kind} of over {most} is refused")
+        for found in _LONG.finditer(data):
+            self._check_tag(found[0])
+
+    def _check_tag(self, text: bytes) -> None:
+        start = _START_TAG.match(text)
+        tag = text if start is None else start[0]
+        what = f"an element <{tag[1:60].decode('ascii', 'replace').split()[0]}>" if tag[1:60].split() else "an element"
+        if len(tag) > self.tag:
+            raise UrdfError(f"{what} has a start tag of {len(tag)} bytes; over {self.tag} are refused")
+        if tag.count(b"=") > self.attributes:
+            raise UrdfError(f"{what} has about {tag.count(b'=')} attributes; over {self.attributes} are refused")
+
+
+URDF = XmlBounds("a URDF", 200_000, of=(("joint", 8_000), ("link", 10_000), ("mesh", 5_000)))
+"""The largest robots, humanoids with hands and sensors, have some 4,000 elements, 220 joints and 130 meshes."""
+SRDF = XmlBounds("an SRDF", 200_000)
+"""All pairs of 600 links."""
+COLLADA = XmlBounds("a COLLADA file", 60_000)
+"""The largest real ones, with hundreds of parts, have some 8,000: triangles are numbers in one element."""
+
+
+def keeps_brackets(data: bytes) -> bool:
+    """Whether a bracket looks like one in the encoding that XML begins in and declares; not so in UTF-7 and EBCDIC."""
+    if not data.lstrip(_BEFORE).startswith(b"<"):
+        return False
+    declared = _DECLARATION.search(data[:400].replace(b"\0", b""))
+    if declared is None:
+        return True
+    plain = bytes(range(32, 127))
+    try:
+        name = codecs.lookup(declared[1].decode("ascii")).name
+        return name.startswith(("utf-16", "utf-32")) or (name != "utf-7" and plain.decode(name) == plain.decode())
+    except (LookupError, UnicodeError, TypeError, ValueError):
+        return False
