@@ -99,4 +99,4 @@ def suggest(given: str, known: Iterable[str], limit: int = 40) -> str:
 def listed(names: Sequence[str], limit: int = 40) -> str:
     """Names with commas between them, cut after `limit` with a count, long ones shortened; "none" if there are none."""
     rest = f", … ({len(names)} in all)" if len(names) > limit else ""
-    return ", ".join(cut(name, LONGEST_NAME) for name in names[:limit]) + rest or "none"
+    return ", ".join(cut(visible(cut(name, LONGEST_NAME)), LONGEST_NAME) for name in names[:limit]) + rest or "none"

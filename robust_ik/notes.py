@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from robust_ik.errors import listed
+from robust_ik.safe_text import visible
 
 NAMED = 8
 """How many names a sentence lists."""
@@ -29,7 +30,8 @@ class Notes:
 
     def sentences(self) -> tuple[str, ...]:
         """The notes in the order in which they came, each with the things it is said of in front."""
-        return tuple(f"{listed(list(names), NAMED)}: {said}" if names else said for said, names in self._names.items())
+        told = (f"{listed(list(names), NAMED)}: {said}" if names else said for said, names in self._names.items())
+        return tuple(map(visible, told))
 
 
 def named(kind: str, name: object) -> str:

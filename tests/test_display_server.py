@@ -1,10 +1,14 @@
 import asyncio
+import gc
 import ipaddress
 import os
 import signal
 import socket
+import struct
 import subprocess
 import sys
+import threading
+import time
 import urllib.error
 import urllib.request
 from pathlib import Path
@@ -14,7 +18,7 @@ import pytest
 from tornado.httpclient import HTTPClientError, HTTPRequest
 from tornado.websocket import websocket_connect
 
-from robust_ik.display import Scene, serve
+from robust_ik.display import Scene, serve, server
 from robust_ik.display._meshcat import geometry, umsgpack
 
 SECONDS = 60
@@ -167,8 +171,6 @@ def test_a_notebook_shows_the_live_page_while_it_lives():
 
 
 def test_many_threads_may_draw(scene):
-    import threading
-
     def draw(name):
         for value in range(50):
             scene[name].set_property("visible", value % 2 == 0)
@@ -197,3 +199,113 @@ def test_the_server_ends_with_the_program_however_that_ends(how):
     assert errors == ""
     with pytest.raises(urllib.error.URLError, match="refused"):
         get(url)
+
+
+# ------------------------------------------------------------------------------------------------ slow and gone
+def upgraded(scene):
+    """A browser's bare socket that has asked for the commands and reads none."""
+    host, port = scene.server.address
+    raw = socket.create_connection((host, port), timeout=SECONDS)
+    raw.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+    raw.sendall(
+        f"GET / HTTP/1.1\r\nHost: {host}:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+        "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n".encode()
+    )
+    assert raw.recv(12) == b"HTTP/1.1 101"
+    return raw
+
+
+def flood(scene, count, size):
+    for index in range(count):
+        scene["box"].set_object(geometry.Box([1, 1, 1]))
+        scene["box"].set_property("name", f"{index} " + "x" * size)
+
+
+def until(condition):
+    """Waits for what another thread brings about; it fails by never coming true."""
+    deadline = time.monotonic() + 60
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+@pytest.fixture
+def quiet(caplog, capfd):
+    """Whatever happens, nothing is logged or printed."""
+    yield
+    gc.collect()  # what nobody waited for is told when it is collected
+    assert caplog.records == []
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_viewer_that_does_not_read_takes_bounded_memory_and_then_sees_the_scene_as_it_is(scene, quiet, monkeypatch):
+    monkeypatch.setattr(server, "MOST_COMMANDS", 50)
+
+    with upgraded(scene) as raw:
+        until(lambda: len(scene.server._viewers) == 1)
+        (viewer,) = scene.server._viewers
+        for _ in range(20):
+            flood(scene, 100, 10_000)
+            until(lambda: scene.server._waiting.empty)
+            assert len(viewer.queue._commands or ()) <= 50
+        assert viewer.queue.size <= 50 * 11_000
+        flood(scene, 1, 7)
+        received = b""
+        while b"0 xxxxxxx" not in received[-200_000:] or b"0 xxxxxxxx" in received[-60:]:
+            received += raw.recv(65536)
+    until(lambda: not scene.server._viewers)
+    assert len(received) < 20_000_000
+
+
+@pytest.mark.parametrize("how", ["says goodbye", "resets", "leaves in the midst of a message"])
+def test_a_viewer_that_leaves_costs_nothing_and_says_nothing(scene, quiet, how):
+    raws = [upgraded(scene) for _ in range(5)]
+    until(lambda: len(scene.server._viewers) == 5)
+    flood(scene, 200, 1000)
+    for raw in raws:
+        if how == "leaves in the midst of a message":
+            raw.sendall(b"\x81\xfe\xff")
+        elif how == "resets":
+            raw.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        raw.close()
+        flood(scene, 100, 1000)
+    until(lambda: not scene.server._viewers and not scene.server._feeds)
+    assert get(scene.url)[0] == 200
+
+
+def test_a_server_ends_though_a_viewer_does_not_read(quiet):
+    scene = serve()
+    with upgraded(scene):
+        until(lambda: len(scene.server._viewers) == 1)
+        flood(scene, 300, 10_000)
+        scene.close()
+        assert not scene.server.running
+
+
+def test_a_program_that_is_faster_than_the_server_is_not_held_up_and_nothing_piles_up(scene, quiet, monkeypatch):
+    monkeypatch.setattr(server, "MOST_COMMANDS", 50)
+    held, go = threading.Event(), threading.Event()
+    scene.server._loop.call_soon_threadsafe(lambda: (held.set(), go.wait(SECONDS)))
+    held.wait(SECONDS)
+    flood(scene, 500, 10)
+    assert len(scene.server._waiting._commands or ()) <= 50
+    go.set()
+    assert [message["type"] for message in watch(scene, 2)] == ["set_object", "set_property"]
+
+
+def test_a_viewer_that_fell_behind_is_cleared_before_it_gets_the_scene_anew(scene, monkeypatch):
+    monkeypatch.setattr(server, "MOST_COMMANDS", 3)
+    scene["gone"].set_property("visible", True)
+    scene["box"].set_property("visible", True)
+
+    def change():
+        with scene._window._lock:  # the server waits meanwhile for nothing but this
+            scene["gone"].delete()
+            for value in range(10):
+                scene["box"].set_property("visible", value % 2 == 0)
+
+    messages = watch(scene, 4, change=change)
+    assert [message["type"] for message in messages] == ["set_property", "set_property", "delete", "set_property"]
+    assert messages[2]["path"] == "/meshcat"
+    assert messages[3]["path"].endswith("box")
+    assert messages[3]["value"] is False

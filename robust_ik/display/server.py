@@ -5,20 +5,27 @@ from __future__ import annotations
 import asyncio
 import socket
 import threading
+from collections.abc import Sequence
 from typing import Any
 from urllib.parse import urlsplit
 
 import tornado.httpserver
+import tornado.iostream
 import tornado.web
 import tornado.websocket
 
-from robust_ik.display._meshcat import VIEWER_FOLDER
+from robust_ik.display._meshcat import VIEWER_FOLDER, umsgpack
 from robust_ik.display.page import live_page
 from robust_ik.display.window import RecordingWindow
 
 HOST = "127.0.0.1"
 # A page of another site could otherwise reach the server under a name of its own that it lets resolve to 127.0.0.1.
 HOSTS = r"(127\.0\.0\.1|localhost)"
+
+MOST_COMMANDS, MOST_BYTES = 4_000, 8_000_000
+"""What waits for a viewer at the most: one that falls further behind gets the scene as it is by then."""
+CLEARED: bytes = umsgpack.packb({"type": "delete", "path": "/meshcat"})
+"""The command that takes away what scenes draw; the viewer's own grid and lights stay."""
 
 
 class LiveServer:
@@ -35,6 +42,8 @@ class LiveServer:
     def __init__(self, window: RecordingWindow, port: int = 0) -> None:
         self.window = window
         self._viewers: set[_Viewer] = set()
+        self._feeds: set[asyncio.Task[None]] = set()
+        self._lock, self._waiting = threading.Lock(), Queue()
         listener = socket.create_server((HOST, port), backlog=128)
         listener.setblocking(False)
         self.address: tuple[str, int] = listener.getsockname()
@@ -88,29 +97,70 @@ class LiveServer:
         await asyncio.gather(*tasks, return_exceptions=True)
 
     def _forward(self, command: bytes) -> None:
-        """Passes a command to every viewer; called from the program's threads."""
-        self._loop.call_soon_threadsafe(self._send, command)
+        """Passes a command to every viewer; called from the program's threads, which may be faster than the server."""
+        with self._lock:
+            first = self._waiting.empty
+            self._waiting.put(command)
+        if first:
+            self._loop.call_soon_threadsafe(self._pass_on)
 
-    def _send(self, command: bytes) -> None:
+    def _pass_on(self) -> None:
+        with self._lock:
+            commands = self._waiting.take()
         for viewer in list(self._viewers):
-            viewer.show(command)
+            viewer.show(commands)
 
     def welcome(self, viewer: _Viewer) -> None:
         """Sends the whole scene to a viewer that has just connected, and from now on every change."""
         self._viewers.add(viewer)
-        for command in self.window.commands():
-            viewer.show(command)
+        viewer.show(None)
+        task = self._loop.create_task(viewer.feed())
+        self._feeds.add(task)  # the loop itself does not hold on to it
+        task.add_done_callback(self._feeds.discard)
 
     def dismiss(self, viewer: _Viewer) -> None:
         """Forgets a viewer that has gone."""
         self._viewers.discard(viewer)
 
 
+class Queue:
+    """Commands that wait. Of too many none is kept, and then the scene as it is says all that they would have said."""
+
+    def __init__(self) -> None:
+        self._commands: list[bytes] | None = []
+        self._size = 0
+
+    @property
+    def empty(self) -> bool:
+        """Whether there is nothing to do."""
+        return self._commands == []
+
+    @property
+    def size(self) -> int:
+        """Bytes that wait."""
+        return self._size
+
+    def put(self, command: bytes | None) -> None:
+        """Adds a command; None stands for the whole scene."""
+        if command is None or self._commands is None:
+            self._commands, self._size = None, 0
+            return
+        self._commands.append(command)
+        self._size += len(command)
+        if len(self._commands) > MOST_COMMANDS or self._size > MOST_BYTES:
+            self.put(None)
+
+    def take(self) -> list[bytes] | None:
+        """What waits, and nothing does any more; None for the whole scene."""
+        commands, self._commands, self._size = self._commands, [], 0
+        return commands
+
+
 class _Viewer(tornado.websocket.WebSocketHandler):
     """A browser: the page at first, then the socket that the page opens at the same address."""
 
     def initialize(self, server: LiveServer) -> None:
-        self.server = server
+        self.server, self.queue, self.awake = server, Queue(), asyncio.Event()
 
     async def get(self, *args: Any, **kwargs: Any) -> None:
         if self.request.headers.get("Upgrade", "").lower() == "websocket":
@@ -126,11 +176,27 @@ class _Viewer(tornado.websocket.WebSocketHandler):
     def open(self, *_: str, **__: str) -> None:
         self.server.welcome(self)
 
-    def show(self, command: bytes) -> None:
+    def show(self, commands: Sequence[bytes] | None) -> None:
+        """Has the page show changes, or the whole scene, as soon as it has taken what came before."""
+        for command in [None] if commands is None else commands:
+            self.queue.put(command)
+        self.awake.set()
+
+    async def feed(self) -> None:
+        """Sends what waits, one command after the other, each when the one before has gone out."""
+        told = False
         try:
-            self.write_message(command, binary=True)
-        except tornado.websocket.WebSocketClosedError:
-            self.server.dismiss(self)
+            while True:
+                await self.awake.wait()
+                self.awake.clear()
+                commands = self.queue.take()
+                if commands is None:
+                    commands = [*([CLEARED] if told else []), *self.server.window.commands()]
+                for command in commands:
+                    await self.write_message(command, binary=True)
+                    told = True
+        except (tornado.websocket.WebSocketClosedError, tornado.iostream.StreamClosedError):
+            self.server.dismiss(self)  # it has gone
 
     def on_message(self, message: str | bytes) -> None:
         """A viewer has nothing to say."""
