@@ -42,7 +42,7 @@ class LiveServer:
     def __init__(self, window: RecordingWindow, port: int = 0) -> None:
         self.window = window
         self._viewers: set[_Viewer] = set()
-        self._feeds: set[asyncio.Task[None]] = set()
+        self._feeds: dict[_Viewer, asyncio.Task[None]] = {}
         self._lock, self._waiting = threading.Lock(), Queue()
         listener = socket.create_server((HOST, port), backlog=128)
         listener.setblocking(False)
@@ -114,13 +114,13 @@ class LiveServer:
         """Sends the whole scene to a viewer that has just connected, and from now on every change."""
         self._viewers.add(viewer)
         viewer.show(None)
-        task = self._loop.create_task(viewer.feed())
-        self._feeds.add(task)  # the loop itself does not hold on to it
-        task.add_done_callback(self._feeds.discard)
+        self._feeds[viewer] = self._loop.create_task(viewer.feed())
 
     def dismiss(self, viewer: _Viewer) -> None:
         """Forgets a viewer that has gone."""
         self._viewers.discard(viewer)
+        if (feed := self._feeds.pop(viewer, None)) is not None:
+            feed.cancel()  # unless it has ended
 
 
 class Queue:
