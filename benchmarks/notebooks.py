@@ -1,6 +1,7 @@
 """Runs the notebooks and keeps each as a light page: `python -m benchmarks.notebooks [NAME ...]`, or `make notebooks`.
 
-A page is plain HTML with its pictures inside, nothing fetched, no scripts; it goes into notebooks/html.
+A page is plain HTML with its pictures inside, nothing fetched, no scripts; it goes into notebooks/html. Of cells tagged
+"prose", which write sentences with the numbers just measured, it shows the sentences and not the code.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from pathlib import Path
 
 import nbformat
 from nbconvert import HTMLExporter
-from nbconvert.preprocessors import ExecutePreprocessor
+from nbconvert.preprocessors import ExecutePreprocessor, TagRemovePreprocessor
 
 FOLDER = Path(__file__).parents[1] / "notebooks"
 STYLE = """body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;color:#1c2530}
@@ -25,7 +26,9 @@ def page(path: Path) -> str:
     """A notebook, run from its own folder, as HTML."""
     notebook = nbformat.read(path, as_version=4)
     ExecutePreprocessor(timeout=180).preprocess(notebook, {"metadata": {"path": str(path.parent)}})
-    body, _ = HTMLExporter(template_name="basic").from_notebook_node(notebook)
+    exporter = HTMLExporter(template_name="basic")
+    exporter.register_preprocessor(TagRemovePreprocessor(remove_input_tags={"prose"}, enabled=True), enabled=True)
+    body, _ = exporter.from_notebook_node(notebook)
     body = re.sub(r"<script.*?</script>", "", body, flags=re.DOTALL)
     title = path.stem.replace("_", " ")
     head = f'<meta charset="utf-8"><title>{title}</title><style>{STYLE}</style>'
