@@ -109,7 +109,7 @@ def find(name: str) -> Entry:
     except KeyError:
         if "/" in name or "\\" in name:
             raise RobotNotFoundError(
-                f"{name[:200]!r} is no .urdf or .toml file; 'robust-ik robots' lists names"
+                f"{name[:200]!r} is no .urdf, .xacro or .toml file; 'robust-ik robots' lists names"
             ) from None
         shown = name if len(name) <= 200 else name[:200] + "…"
         raise RobotNotFoundError(

@@ -1,59 +1,83 @@
-"""One verb for every kind of robot: a name, a URDF path, a DH file."""
+"""One verb for every kind of robot: a name, a URDF or xacro path, a DH file, a module of robot_descriptions."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 
 from robust_ik.catalog import Entry, catalog, find
 from robust_ik.dh_toml import read_dh
-from robust_ik.errors import InputError, LoadError
+from robust_ik.errors import InputError, LoadError, cut
 from robust_ik.files import checked_folders
 from robust_ik.robot import Robot
+from robust_ik.robot_modules import DescribedRobot, described, of_module
 from robust_ik.rows import ROWS
 
-URDF_SUFFIXES = (".urdf", ".xml")
+URDF_SUFFIXES = (".urdf", ".xacro", ".xml")
+OTHER_XML = (".mjcf", ".sdf", ".srdf", ".world")
+"""Read as far as it takes to say what they are."""
+_USD = (".usd", ".usda", ".usdc", ".usdz")
+
+
+@dataclass(frozen=True)
+class _Wishes:
+    """How a robot is to be loaded; see `load`."""
+
+    tip: str | None
+    package_dirs: Sequence[str | Path]
+    rows: Sequence[str] | None
+    whole_tree: bool
+    xacro_args: Mapping[str, object] | None
 
 
 def load(
-    robot: str | Path,
+    robot: str | Path | ModuleType,
     tip: str | None = None,
     *,
     package_dirs: Sequence[str | Path] = (),
     rows: Sequence[str] | None = None,
     whole_tree: bool = False,
+    xacro_args: Mapping[str, object] | None = None,
 ) -> Robot:
     """A robot by name or from a file.
 
     Args:
-        robot: A name that `robust-ik robots` lists, a `.urdf` path, or the path of a DH table, `.toml`.
+        robot: A name that `robust-ik robots` lists, the path of a `.urdf`, a `.xacro` (with xacrodoc installed) or a
+            DH table (`.toml`), or a robot of robot_descriptions (if installed): "panda_description", or the module.
         tip: Link or joint frame to move. By default the documented tool frame of a known robot, else the end of the
             one arm, which is the link that its fingers share; `Robot.notes` say where that was guessed.
-        package_dirs: Where packages lie that the URDF's mesh paths name.
+        package_dirs: Where packages lie that the URDF's mesh paths, or xacro's `$(find …)`, name.
         rows: Task rows, of x y z wx wy wz; default all six, or those the DH table states.
         whole_tree: Keep every joint, also those that do not move the tip; then the tip may be left out.
+        xacro_args: Values of the arguments of a xacro file.
 
     Returns:
         The robot; joints that do not move the tip are dropped unless `whole_tree`.
 
     Raises:
         RobotNotFoundError: No such name, no such file.
-        LoadError: The file is broken, unsafe or not supported.
+        LoadError: The file is broken, unsafe or not supported, or what reads it is not installed.
         TipError: The tip is ambiguous (the message lists the candidates), or no joint moves it.
         FrameNotFoundError: There is no such tip (the message lists what exists).
     """
-    if not isinstance(robot, (str, Path)):
-        raise InputError(f"robot must be a name or a path, got {robot!r}")
+    if not isinstance(robot, (str, Path, ModuleType)):
+        raise InputError(f"robot must be a name, a path or a module, got {cut(repr(robot), 200)}")
     package_dirs = checked_folders(package_dirs, "package_dirs")
+    wishes = _Wishes(tip, package_dirs, rows, whole_tree, xacro_args)
+    if isinstance(robot, ModuleType):
+        return _load_described(of_module(robot), wishes)
     name, suffix = str(robot), Path(robot).suffix.lower()
     if suffix in (*URDF_SUFFIXES, ".toml"):
-        return _load_file(robot, tip, package_dirs, rows, whole_tree)
+        return _load_file(robot, wishes)
     if name not in catalog() and _is_file(name):
-        raise LoadError(f"{name!r} is neither a .urdf nor a .toml (DH table) file")
-    return _load_known(find(name), tip, package_dirs, rows, whole_tree)
+        return _load_other(name, suffix, wishes)
+    if name not in catalog() and (found := described(name)) is not None:
+        return _load_described(found, wishes)
+    return _load_known(find(name), wishes)
 
 
 def _is_file(name: str) -> bool:
@@ -63,34 +87,47 @@ def _is_file(name: str) -> bool:
         return False
 
 
-def _load_file(
-    path: str | Path,
-    tip: str | None,
-    package_dirs: Sequence[str | Path],
-    rows: Sequence[str] | None,
-    whole_tree: bool,
-) -> Robot:
+def _load_other(name: str, suffix: str, wishes: _Wishes) -> Robot:
+    """Says what a file is that is neither a URDF nor a DH table; what is a URDF all the same is loaded."""
+    if suffix in OTHER_XML:
+        return _load_file(name, wishes)
+    if suffix in _USD:
+        raise LoadError(f"{cut(name, 200)!r} is USD, not a URDF: take the URDF that it was made from, or convert it")
+    raise LoadError(f"{cut(name, 200)!r} is neither a .urdf, nor a .xacro, nor a .toml (DH table) file")
+
+
+def _load_file(path: str | Path, wishes: _Wishes) -> Robot:
     if Path(path).suffix.lower() != ".toml":
         return Robot.from_urdf(
-            path, tip, package_dirs=package_dirs, rows=ROWS if rows is None else rows, whole_tree=whole_tree
+            path,
+            wishes.tip,
+            package_dirs=wishes.package_dirs,
+            rows=ROWS if wishes.rows is None else wishes.rows,
+            whole_tree=wishes.whole_tree,
+            xacro_args=wishes.xacro_args,
         )
+    if wishes.xacro_args:
+        raise InputError("xacro_args are for .xacro files, and a DH table has no arguments")
     arm = Robot.from_dh(read_dh(path))
-    if tip not in (None, "tool"):
-        raise InputError(f"a DH table has one tip, 'tool', got tip={tip!r}; use pose(q, frame) for other frames")
-    return arm if rows is None else arm.with_rows(rows)
+    if wishes.tip not in (None, "tool"):
+        raise InputError(f"a DH table has one tip, 'tool', got tip={wishes.tip!r}; use pose(q, frame) for other frames")
+    return arm if wishes.rows is None else arm.with_rows(wishes.rows)
 
 
-def _load_known(
-    entry: Entry,
-    tip: str | None,
-    package_dirs: Sequence[str | Path],
-    rows: Sequence[str] | None,
-    whole_tree: bool,
-) -> Robot:
+def _load_known(entry: Entry, wishes: _Wishes) -> Robot:
     """A robot of the catalogue, under its name there, with its documented tip and rest where they apply."""
     known = entry.known
-    chosen = known.tip if known is not None and tip is None and not whole_tree else tip
-    robot = replace(_load_file(entry.path, chosen, package_dirs, rows, whole_tree), name=entry.name)
+    if known is not None and wishes.tip is None and not wishes.whole_tree:
+        wishes = replace(wishes, tip=known.tip)
+    robot = replace(_load_file(entry.path, wishes), name=entry.name)
     if known is not None and len(known.rest) == robot.n:
         return replace(robot, rest=robot.configuration(np.array(known.rest)))
     return robot
+
+
+def _load_described(found: DescribedRobot, wishes: _Wishes) -> Robot:
+    """A robot of robot_descriptions, under its name there."""
+    arguments = {**found.xacro_args, **(wishes.xacro_args or {})}
+    folders = (*wishes.package_dirs, *(folder for folder in found.package_dirs if Path(folder).is_dir()))
+    robot = _load_file(found.path, replace(wishes, package_dirs=folders, xacro_args=arguments))
+    return replace(robot, name=found.name)

@@ -101,6 +101,10 @@ class MeshPaths:
         inside = name in SURE_FOLDERS or (name in CONVENTIONAL_FOLDERS and _holds_meshes(around))
         return around if inside and not is_shared(around) else self.folder
 
+    def package(self, name: str) -> Path | None:
+        """The folder of a package, or None."""
+        return None if name in ("", ".", "..") or "/" in name else next(self._package_roots(name), None)
+
     # ------------------------------------------------------------------------------------------ package://
     def _in_package(self, name: str, rest: str) -> Found:
         package, _, inside = rest.lstrip("/").partition("/")

@@ -6,7 +6,7 @@ Default reference of Jacobians and Hessians: LOCAL_WORLD_ALIGNED (the tip's poin
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, Self
@@ -94,8 +94,9 @@ class Robot(PoseInverse):
         package_dirs: Sequence[str | Path] = (),
         rows: Sequence[str] = ROWS,
         whole_tree: bool = False,
+        xacro_args: Mapping[str, object] | None = None,
     ) -> Self:
-        """A robot from a URDF file.
+        """A robot from a URDF file, or from a `.xacro` file where xacrodoc is installed.
 
         Args:
             path: The file.
@@ -103,6 +104,7 @@ class Robot(PoseInverse):
             package_dirs: Where packages lie that mesh paths name.
             rows: Task rows, of x y z wx wy wz.
             whole_tree: Keep every joint, also those that do not move the tip; then the tip may be left out.
+            xacro_args: Values of the arguments of a `.xacro` file.
 
         Raises:
             RobotNotFoundError: There is no such file.
@@ -110,7 +112,7 @@ class Robot(PoseInverse):
             TipError: The tip is ambiguous, or no joint moves it.
             FrameNotFoundError: There is no such tip.
         """
-        description = read_urdf(path, checked_folders(package_dirs, "package_dirs"))
+        description = read_urdf(path, checked_folders(package_dirs, "package_dirs"), xacro_args)
         return cls.from_description(description, tip, rows=rows, whole_tree=whole_tree)
 
     @classmethod

@@ -19,7 +19,7 @@ from robust_ik.description import (
     Mimic,
 )
 from robust_ik.dh import screw
-from robust_ik.errors import UrdfError
+from robust_ik.errors import InputError, UrdfError, cut, listed
 from robust_ik.files import read_file
 from robust_ik.meshpaths import MeshPaths
 from robust_ik.notes import Notes, named
@@ -28,6 +28,7 @@ from robust_ik.urdf_joints import mend_joints
 from robust_ik.urdf_numbers import shown
 from robust_ik.urdf_shapes import collisions, mend_shapes, visuals
 from robust_ik.urdf_xacro import check_expanded
+from robust_ik.xacro_files import SUFFIX, checked_arguments, expand
 
 MAX_BYTES = 50_000_000
 SEEMS_DEGREES = 8 * math.pi
@@ -36,19 +37,33 @@ NO_LIMIT = 1e6
 """A position limit as large as this is written for none."""
 
 
-def read_urdf(path: str | Path, package_dirs: Sequence[str | Path] = ()) -> Description:
-    """A checked description from a URDF file.
+def read_urdf(
+    path: str | Path,
+    package_dirs: Sequence[str | Path] = (),
+    xacro_args: Mapping[str, object] | None = None,
+) -> Description:
+    """A checked description from a URDF file, or from a `.xacro` file where xacrodoc is installed.
 
     Args:
         path: The file.
         package_dirs: Folders of packages that `package://` paths name, and further folders meshes may lie in.
+        xacro_args: Values of the arguments of a `.xacro` file.
 
     Raises:
         RobotNotFoundError: There is no such file.
         LoadError: The file cannot be read.
         UrdfError: It is broken, unsafe or not supported; the message names the place.
+        InputError: There are arguments, but it is no `.xacro` file.
     """
+    data: str | bytes
     full, data = read_file(path, MAX_BYTES)
+    arguments = checked_arguments(xacro_args)
+    if full.suffix.lower() == SUFFIX:
+        data = expand(full, arguments, package_dirs)
+    elif arguments:
+        raise InputError(
+            f"{cut(str(path), 200)} is no {SUFFIX} file, so that it has no arguments {listed(list(arguments))}"
+        )
     description = parse_urdf(data, source=str(path), folder=full.parent, package_dirs=package_dirs)
     return replace(description, file=full)
 

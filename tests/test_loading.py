@@ -99,8 +99,12 @@ def test_a_missing_file_is_said(name, tmp_path):
 def test_a_file_of_another_kind_is_refused(tmp_path):
     path = tmp_path / "robot.sdf"
     path.write_text("<sdf/>")
-    with pytest.raises(rik.LoadError, match=r"neither a \.urdf nor a \.toml"):
+    with pytest.raises(rik.LoadError, match="it is SDF, not a URDF: .* or convert it"):
         rik.load(path)
+    for name, says in [("r.xml", "MuJoCo's MJCF"), ("r.usda", "is USD, not a URDF"), ("r.txt", "neither a .urdf, nor")]:
+        (tmp_path / name).write_text("<mujoco/>")
+        with pytest.raises(rik.LoadError, match=says):
+            rik.load(tmp_path / name)
 
 
 def test_a_dh_table_has_one_tip():

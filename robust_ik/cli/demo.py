@@ -13,10 +13,12 @@ from robust_ik.cli.shared import (
     PackageDirOption,
     RobotArgument,
     TipOption,
+    XacroOption,
     check_results,
     console,
     errors,
     file_name,
+    xacro_arguments,
 )
 from robust_ik.safe_text import in_markup
 
@@ -44,6 +46,7 @@ def demo(
         typer.Option("--output", "-o", help="The HTML file. Default: robust-ik-demo-ROBOT.html here."),
     ] = None,
     package_dir: PackageDirOption = None,
+    xacro_arg: XacroOption = None,
 ) -> None:
     """Reach beyond the arm's reach and come back, with each method; write the animation as one HTML file."""
     from robust_ik import report
@@ -52,7 +55,7 @@ def demo(
 
     chosen = _methods(method)
     check_results(output=output)
-    arm = load(robot, tip, package_dirs=package_dir or ())
+    arm = load(robot, tip, package_dirs=package_dir or (), xacro_args=xacro_arguments(xacro_arg))
     path = output or Path(f"robust-ik-demo-{file_name(arm.name)}.html")
     if output is None:
         check_results(output=path)

@@ -7,7 +7,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from robust_ik.cli.shared import PackageDirOption, RobotArgument, TipOption, check_results, console, say_written
+from robust_ik.cli.shared import (
+    PackageDirOption,
+    RobotArgument,
+    TipOption,
+    XacroOption,
+    check_results,
+    console,
+    say_written,
+    xacro_arguments,
+)
 from robust_ik.errors import InputError, RobustIKError, TipError
 from robust_ik.outputs import check_output, write_file
 from robust_ik.safe_text import in_markup, visible
@@ -22,7 +31,7 @@ def robots() -> None:
     from robust_ik.catalog import catalog
 
     console.print(report.robots((entry, *_joints_and_tip(entry)) for entry in catalog().values()))
-    console.print("Any .urdf path and any DH table (.toml) loads as well. 'robust-ik info NAME' tells more.")
+    console.print("Any .urdf or .xacro path and any DH table (.toml) loads as well. 'robust-ik info NAME' tells more.")
 
 
 def _joints_and_tip(entry: Entry) -> tuple[str, str]:
@@ -48,12 +57,14 @@ def _joints_and_tip(entry: Entry) -> tuple[str, str]:
         return "?", visible(error)
 
 
-def info(robot: RobotArgument, tip: TipOption = None, package_dir: PackageDirOption = None) -> None:
+def info(
+    robot: RobotArgument, tip: TipOption = None, package_dir: PackageDirOption = None, xacro_arg: XacroOption = None
+) -> None:
     """Print the chain, limits, tips, σ and manipulability at rest, and the reach."""
     from robust_ik import report
     from robust_ik.loading import load
 
-    arm = load(robot, tip, package_dirs=package_dir or ())
+    arm = load(robot, tip, package_dirs=package_dir or (), xacro_args=xacro_arguments(xacro_arg))
     console.print(f"[bold]{in_markup(arm.name)}[/]")
     console.print(report.facts(arm))
     console.print(report.joints(arm))
@@ -64,6 +75,7 @@ def export(
     output: Annotated[Path, typer.Argument(metavar="FILE.urdf", help="Where to write.")],
     force: Annotated[bool, typer.Option("--force", help="Overwrite the file if it exists.")] = False,
     package_dir: PackageDirOption = None,
+    xacro_arg: XacroOption = None,
 ) -> None:
     """Write a robot as URDF that other tools read; a DH table becomes links, joints and simple shapes."""
     import numpy as np
@@ -73,7 +85,7 @@ def export(
     check_results(output=output)
     if check_output(output).overwrites and not force:
         raise InputError(f"{str(output)!r} exists; --force overwrites it")
-    arm = load(robot, package_dirs=package_dir or (), whole_tree=True)
+    arm = load(robot, package_dirs=package_dir or (), xacro_args=xacro_arguments(xacro_arg), whole_tree=True)
     say_written(write_file(output, arm.description.xml))
     if arm.tip == "tool" and not np.isfinite([arm.lower, arm.upper, arm.velocity_limit]).all():
         console.print("What a DH table does not state, a URDF must: a full turn for limits, 1000 for speed and effort.")

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from robust_ik.errors import InputError, cut
 from robust_ik.files import checked_folders
 from robust_ik.outputs import check_figure, check_outputs
 from robust_ik.safe_text import in_markup
@@ -18,11 +19,15 @@ errors = Console(stderr=True, emoji=False)
 
 RobotArgument = Annotated[
     str,
-    typer.Argument(metavar="ROBOT", help="A name from 'robust-ik robots', a .urdf path, or a DH table (.toml)."),
+    typer.Argument(metavar="ROBOT", help="A name from 'robust-ik robots', a .urdf, .xacro or DH file (.toml)."),
 ]
 TipOption = Annotated[
     str | None,
     typer.Option("--tip", metavar="FRAME", help="Link or joint frame to move. Default: the tool frame."),
+]
+XacroOption = Annotated[
+    list[str] | None,
+    typer.Option("--xacro-arg", metavar="NAME:=VALUE", help="An argument of a .xacro file. Repeatable."),
 ]
 PackageDirOption = Annotated[
     list[Path] | None,
@@ -75,6 +80,21 @@ def show_notes(wanted: bool) -> None:
     """Prints, or keeps back, what the package logs of how it reads robots."""
     handler = _NoteHandler() if wanted else logging.NullHandler()
     logging.getLogger("robust_ik").handlers = [handler]
+
+
+def xacro_arguments(given: list[str] | None) -> dict[str, object]:
+    """What `--xacro-arg NAME:=VALUE` or `NAME=VALUE` says, by name.
+
+    Raises:
+        InputError: One has no name or no value.
+    """
+    found: dict[str, object] = {}
+    for each in given or ():
+        name, equals, value = each.partition("=")
+        if not equals or not name.rstrip(":"):
+            raise InputError(f"--xacro-arg takes NAME:=VALUE, got {cut(each, 200)!r}")
+        found[name.removesuffix(":")] = value
+    return found
 
 
 def file_name(name: str) -> str:

@@ -12,10 +12,12 @@ from robust_ik.cli.shared import (
     RobotArgument,
     TipOption,
     WorkersOption,
+    XacroOption,
     check_results,
     console,
     errors,
     say_written,
+    xacro_arguments,
 )
 from robust_ik.errors import InputError
 from robust_ik.files import read_file
@@ -50,6 +52,7 @@ def singularities(
     ] = None,
     workers: WorkersOption = 1,
     package_dir: PackageDirOption = None,
+    xacro_arg: XacroOption = None,
 ) -> None:
     """Find every family of singular configurations: conditions, dimension, limits, what is lost, how sure that is."""
     from robust_ik.loading import load
@@ -59,7 +62,7 @@ def singularities(
     if markdown and latex:
         raise InputError("choose one of --markdown and --latex")
     check_results(json=json, html=html)
-    arm = load(robot, tip, package_dirs=package_dir or ())
+    arm = load(robot, tip, package_dirs=package_dir or (), xacro_args=xacro_arguments(xacro_arg))
     with process_pool(workers) as pool, progress_bar(f"searching {arm.name}") as told:
         atlas = find_singularities(
             arm, corank, starts=starts, rng=seed, snap=snap, certify=certify, executor=pool, progress=told
@@ -91,13 +94,14 @@ def certify(
     ] = None,
     time_limit: Annotated[float, typer.Option("--time-limit", help="Seconds for each corank.")] = 60.0,
     package_dir: PackageDirOption = None,
+    xacro_arg: XacroOption = None,
 ) -> None:
     """Prove where an arm is singular, exactly and completely, and have the proofs checked."""
     from robust_ik import certificates  # brings computer algebra: only where it is needed
     from robust_ik.loading import load
 
     check_results(output=output)
-    arm = load(robot, tip, package_dirs=package_dir or ())
+    arm = load(robot, tip, package_dirs=package_dir or (), xacro_args=xacro_arguments(xacro_arg))
     proofs: list[Proof] = []
     for each in range(1, min(len(arm.rows), arm.n) + 1) if corank is None else [corank]:
         with console.status(f"splitting cases of corank {each} …"):

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from robust_ik.cli.shared import PackageDirOption, TipOption, console, errors
+from robust_ik.cli.shared import PackageDirOption, TipOption, XacroOption, console, errors, xacro_arguments
 
 
 def warmup(
@@ -16,6 +16,7 @@ def warmup(
     ] = None,
     tip: TipOption = None,
     package_dir: PackageDirOption = None,
+    xacro_arg: XacroOption = None,
 ) -> None:
     """Compile what control loops, pose solvers and searches run, once on this machine; later it is read from disk."""
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
@@ -23,7 +24,11 @@ def warmup(
     from robust_ik.loading import load
     from robust_ik.warming import warmup as compile_ahead
 
-    arm = None if robot is None else load(robot, tip, package_dirs=package_dir or ())
+    arm = (
+        None
+        if robot is None
+        else load(robot, tip, package_dirs=package_dir or (), xacro_args=xacro_arguments(xacro_arg))
+    )
     columns = (
         SpinnerColumn(),
         TextColumn("{task.description}"),
