@@ -1,8 +1,10 @@
 """The README says what is so."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import robust_ik as rik
@@ -49,19 +51,25 @@ def test_every_public_inverse_is_in_the_table():
     assert {c.__name__ for c in inverses.CLASSES} <= set(rik.__all__)
 
 
-def test_the_table_of_the_demo_is_what_the_demo_measures():
+def test_the_table_of_the_demo_is_what_the_demo_measures(rng):
+    """Of the pseudo-inverse, whose run hangs on the last bit, the median over starts that differ by 1e-9."""
     scenario = stretch(rik.load("xarm7"))
+    beside = [scenario.robot.integrate(scenario.q0, 1e-9 * rng.normal(size=7)) for _ in range(2)]
     for name in ("DampedLeastSquares", "JParse", "MoorePenrose"):
         row = re.search(rf"^\| `{name}` \| ([^|]+) \| ([^|]+) \| ([^|]+) \|$", README, re.MULTILINE)
-        speed, error, final = row.groups()
-        run = scenario.run(getattr(rik, name)())
-        if speed.startswith("over"):
-            assert run.largest_speed > float(speed.split()[1])
-            assert 1e3 * run.position_error.max() > float(error.split()[1])
-        else:
-            assert run.largest_speed == pytest.approx(float(speed), rel=2e-3)
-            assert 1e3 * run.position_error.max() == pytest.approx(float(error), rel=1e-3)
-        assert 1e3 * max(abs(run.final_error[:3])) == pytest.approx(float(final), abs=0.05)
+        starts = [scenario.q0, *beside] if name == "MoorePenrose" else [scenario.q0]
+        runs = [replace(scenario, q0=q0).run(getattr(rik, name)()) for q0 in starts]
+        measured = np.median([figures_of(run) for run in runs], axis=0)
+        for text, number, near in zip(row.groups(), measured, ({"rel": 2e-3}, {"rel": 1e-3}, {"abs": 0.05})):
+            if text.startswith("over"):
+                assert number > float(text.split()[1])
+            else:
+                assert number == pytest.approx(float(text), **near)
+
+
+def figures_of(run):
+    """Peak speed in rad/s, largest and final error in mm."""
+    return run.largest_speed, 1e3 * run.position_error.max(), 1e3 * max(abs(run.final_error[:3]))
 
 
 def test_commands_of_the_readme_are_targets_and_subcommands():
