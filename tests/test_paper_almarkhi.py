@@ -131,9 +131,9 @@ def test_figure_1_where_the_two_values_meet_the_gradient_turns_from_step_to_step
     assert 600 < met < 900
     assert turns[: met - 20].max() < 5
     assert np.mean(turns[met + 30 : met + 300] > 45) > 0.3
-    # A fixed step bounces off σ = 0, half a turn each time: it comes below ε by luck only.
-    assert turns[-100:].max() > 170
-    assert run.weakest[-100:, 0].max() > 1e-4
+    # A fixed step bounces off σ = 0, half a turn each time: when it comes below ε is luck.
+    assert turns[met:].max() > 170
+    assert run.weakest[met : met + 300, 0].min() > 1e-4
 
 
 def test_figure_2_where_three_values_are_near_the_gradient_turns_and_the_first_hardly_falls():
@@ -214,9 +214,10 @@ def test_the_gradient_alone_reaches_corank_1_always_2_sometimes_3_seldom():
 
 def test_rotating_clusters_helps_and_does_not_suffice():
     for corank, most in ((2, 0.7), (3, 0.4)):
-        assert search(corank, False).converged.sum() <= search(corank, True).converged.sum() + 1
         assert search(corank, True).converged.mean() < most
-    assert search(3, True).converged.sum() > search(3, False).converged.sum()
+    # Which starts it saves hangs on rounding, that it saves some does not.
+    alone, rotated = (sum(int(search(k, each).converged.sum()) for k in (2, 3)) for each in (False, True))
+    assert alone < rotated
 
 
 @pytest.mark.parametrize("corank, least, steps", [(1, 1.0, 5), (2, 1.0, 6), (3, 0.88, 10)])

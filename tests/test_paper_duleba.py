@@ -6,6 +6,7 @@ Checked elsewhere: eqs. (7), (16), (19), (25) to (31), (44), (46) in `test_evalu
 `test_singularity_atlas`.
 """
 
+import itertools
 from dataclasses import replace
 from functools import cache
 
@@ -14,8 +15,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 import robust_ik as rik
-from robust_ik.evaluation import DulebaMatched, compare_damping_and_clamp, safety_by_damping
-from robust_ik.inverses import DampedLeastSquares, DulebaClamp
+from benchmarks.claims.duleba import axis_heights, meets_its_axis, sizes, three_revolute
+from robust_ik.evaluation import DulebaMatched, compare_damping_and_clamp, normalise, safety_by_damping
+from robust_ik.inverses import DampedLeastSquares, DulebaAdditive, DulebaClamp
 from robust_ik.linalg import lost_directions, svd
 from robust_ik.scenarios import load_scenario, reach_points
 
@@ -164,38 +166,58 @@ def test_bound_41_is_met_by_the_clamp_and_missed_by_the_damping_that_is_matched_
     assert_allclose(DulebaMatched(FLOOR).gains(s).max() * FLOOR, 3 / (2 * np.sqrt(2)), rtol=1e-5)
 
 
-def test_equation_23_needs_the_transpose_of_its_last_factor(rng):
-    J = rng.normal(size=(3, 4))
+def test_the_additive_inverse_is_equation_24_with_the_transpose_that_23_lost(rng):
+    """Jᵀ(M + λI)⁻¹ through M + λI = U (D² + λI) Uᵀ; with U in place of Uᵀ, as printed, it is another one."""
+    J, xdot = rng.normal(size=(3, 4)), rng.normal(size=3)
     U, s = svd(J).U, svd(J).s
-    M = J @ J.T
-    assert_allclose(U @ np.diag(s**2) @ U.T, M, atol=1e-12)
-    assert np.abs(U @ np.diag(s**2) @ U - M).max() > 0.1
+    qdot = DulebaAdditive(0.01, "plain").solve(J, xdot)
+    assert_allclose(J.T @ U @ np.diag(1 / (s**2 + 0.01)) @ U.T @ xdot, qdot, atol=1e-12)
+    for signs in itertools.product([1, -1], repeat=3):  # which the columns of U have is the SVD's choice
+        printed = U * signs
+        assert np.abs(J.T @ printed @ np.diag(1 / (s**2 + 0.01)) @ printed @ xdot - qdot).max() > 0.1
 
 
-def test_the_smallest_singular_value_is_no_norm():
-    """(38)."""
+def test_the_safety_of_a_sum_may_exceed_the_sum_of_safeties_so_it_is_no_norm():
+    """(38): both matrices are singular, their sum is the identity."""
     A, B = np.diag([1.0, 0]), np.diag([0, 1.0])
-    assert svd(A).s[-1] == svd(B).s[-1] == 0
-    assert svd(A + B).s[-1] == 1
+    safeties = [safety_by_damping(svd(each).s, 0.0) for each in (A, B, A + B)]
+    assert_allclose(safeties, [0, 0, 1], atol=1e-15)
+
+
+def test_along_the_weakest_direction_joints_move_by_one_over_its_singular_value_and_the_clamp_bounds_that():
+    """(40) and (41)."""
+    J = ARM.jacobian(np.array([0.3, 0.4, 0.002]))
+    U, s = svd(J).U, svd(J).s
+    assert s[-1] < FLOOR / 10
+    assert_allclose(np.linalg.norm(rik.MoorePenrose().solve(J, U[:, -1])), 1 / s[-1], rtol=1e-9)
+    assert_allclose(np.linalg.norm(DulebaClamp(FLOOR).solve(J, U[:, -1])), 1 / FLOOR, rtol=1e-9)
+
+
+def test_normalised_kinematics_depend_less_on_the_lengths_and_not_at_all_on_the_size():
+    """Section 6.3, rows divided by their bounds of (46)."""
+    raw, normalised = sizes()
+    assert raw > 50
+    assert normalised < 1.5
+    q = np.array([0.3, 0.4, 1.2])
+    small, large = (three_revolute(size * np.array([A1, A2, A3])) for size in (0.1, 10.0))
+    extents = np.array([A1 + A2 + A3, A1 + A2 + A3, A2 + A3])
+    one, other = (normalise(each.jacobian(q), size * extents) for each, size in ((small, 0.1), (large, 10.0)))
+    assert_allclose(one, other, atol=1e-12)
 
 
 # ------------------------------------------------------------------------------------------------ where A = 0
-def axis_heights(a1, a2, a3):
-    """Where A = 0 lets the tip be, a₀ = 0: z = a₂ sin q₂ + a₃ sin q₂₃ with a₂ cos q₂ + a₃ cos q₂₃ = −a₁."""
-    q2 = np.linspace(-np.pi, np.pi, 20_001)
-    c23 = -(a1 + a2 * np.cos(q2)) / a3
-    q2, c23 = q2[np.abs(c23) <= 1], c23[np.abs(c23) <= 1]
-    s23 = np.sqrt(1 - c23**2)
-    return np.concatenate([a2 * np.sin(q2) + a3 * s23, a2 * np.sin(q2) - a3 * s23])
+@pytest.mark.parametrize("a1", [0.45, 0.499, 0.501, 0.6])
+def test_condition_36_says_which_arms_reach_their_axis(a1):
+    assert meets_its_axis(three_revolute((a1, A2, A3))) == (a1 <= A2 + A3)
 
 
-def test_condition_36_is_right_but_the_printed_range_of_z_has_a_hole_for_unequal_links():
-    """The axis is met if and only if a₂ + a₃ ≥ a₁; all of the printed range only if |a₂ − a₃| ≤ a₁ as well."""
-    assert axis_heights(0.6, 0.2, 0.3).size == 0
-    for a1, a2, a3 in [(A1, A2, A3), (0.1, 0.2, 0.5)]:
-        z = np.abs(axis_heights(a1, a2, a3))
-        assert_allclose(z.max(), np.sqrt((a2 + a3) ** 2 - a1**2), rtol=1e-4)
-        assert_allclose(z.min(), np.sqrt(max((a2 - a3) ** 2 - a1**2, 0)), atol=1e-3)
+def test_the_printed_range_of_z_is_that_of_the_papers_lengths_and_has_a_hole_for_unequal_links():
+    """All of it is reached only if |a₂ − a₃| ≤ a₁, as with the paper's lengths."""
+    z = np.sort(axis_heights(ARM))
+    assert_allclose([z[0], z[-1]], [-0.4, 0.4], atol=1e-4)
+    assert np.diff(z).max() < 0.01
+    unequal = np.abs(axis_heights(three_revolute((0.1, 0.2, 0.5))))
+    assert_allclose([unequal.min(), unequal.max()], np.sqrt([0.3**2 - 0.1**2, 0.7**2 - 0.1**2]), atol=2e-4)
 
 
 # ------------------------------------------------------------------------------------------------ directions
@@ -231,8 +253,6 @@ def test_the_puma_passes_its_singularities_and_equal_safety_is_calmer_than_the_c
     runs = [puma(which, label) for label in ROBUST]
     for run in runs:
         assert run.smallest_sigma < FLOOR
-        # How near it comes to σ = 0 in a step, and so its peak, depends on the last bits.
-        assert run.largest_speed < puma(which, "pseudo-inverse").largest_speed
         assert np.linalg.norm(run.final_error) < 1e-6
     one, two, equal, _ = (run.largest_speed for run in runs)
     assert two < one
