@@ -10,7 +10,7 @@ import zipfile
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from pathlib import PurePosixPath
+from pathlib import Path, PurePosixPath
 from typing import Any, TypeVar
 
 import numpy as np
@@ -19,13 +19,17 @@ from numpy.typing import NDArray
 
 from robust_ik.checks import Array
 from robust_ik.description import Mesh
+from robust_ik.meshes.bounds import MAX_BYTES, check_mesh, check_triangles
+from robust_ik.meshes.bounds import UnreadableMeshError as UnreadableMeshError
 from robust_ik.meshes.opening import read_inside
 from robust_ik.meshes.resolver import ConfinedResolver
 from robust_ik.meshes.triangles import Triangles, tidy
 from robust_ik.meshpaths import MESH_SUFFIXES
 
-MAX_BYTES = 200_000_000
-MAX_PIXELS = 50_000_000
+MAX_PIXELS = 20_000_000
+"""Of an image; textures have up to 4096² = 16,777,216."""
+IMAGES = ("PNG", "JPEG", "GIF", "BMP", "TGA", "TIFF", "WEBP")
+"""Formats whose readers run no other program."""
 LARGEST = 1e6
 """Vertices further away than this, m, are damage."""
 Color = tuple[float, float, float, float]
@@ -43,10 +47,6 @@ class Part:
 
     triangles: Triangles
     color: Color | None
-
-
-class UnreadableMeshError(Exception):
-    """A mesh that cannot be used; the message says why. It does not leave the package: who reads a mesh handles it."""
 
 
 def read_mesh(mesh: Mesh) -> tuple[Part, ...]:
@@ -83,10 +83,11 @@ def _read(mesh: Mesh, extract: Callable[[Any, Array], Iterable[_Piece]]) -> tupl
         raise UnreadableMeshError(mesh.problem or "not found")
     try:
         with _quiet():
-            return tuple(extract(_load(mesh), _scaling(mesh)))
+            data = _bytes(mesh)
+            return tuple(extract(_load(mesh, data), _scaling(mesh, data)))
     except UnreadableMeshError:
         raise
-    except (Exception, RecursionError) as error:  # readers raise whatever a broken file trips them over
+    except Exception as error:  # readers raise whatever a broken file trips them over
         raise UnreadableMeshError(f"cannot be read: {type(error).__name__}: {str(error)[:120]}") from error
 
 
@@ -103,11 +104,9 @@ def _quiet() -> Iterator[None]:
         log.removeFilter(nothing)
 
 
-def _load(mesh: Mesh) -> Any:
-    """The file as a trimesh scene, with whatever it refers to confined to the mesh's root."""
-    assert mesh.path is not None
-    path = mesh.path.resolve()
-    root = path.parent if mesh.root is None else mesh.root.resolve()
+def _bytes(mesh: Mesh) -> bytes:
+    """What the file holds, if it is one of a size and kind that can be read."""
+    path, root = _place(mesh)
     try:
         data = read_inside(path, root, MAX_BYTES)
     except ValueError as error:
@@ -116,8 +115,24 @@ def _load(mesh: Mesh) -> Any:
         raise UnreadableMeshError(f"is no file that can be read in {root}") from error
     if zipfile.is_zipfile(io.BytesIO(data)):
         raise UnreadableMeshError("is a zip archive, which could unfold to any size")
-    resolver = ConfinedResolver(path.parent, root)
+    check_mesh(data, _kind(mesh))
+    return data
+
+
+def _place(mesh: Mesh) -> tuple[Path, Path]:
+    """The file, and the folder that it and whatever it refers to must lie in."""
+    assert mesh.path is not None
+    if mesh.root is not None:
+        return mesh.path, mesh.root
+    path = mesh.path.resolve()
+    return path, path.parent
+
+
+def _load(mesh: Mesh, data: bytes) -> Any:
+    """The file as a trimesh scene."""
+    path, root = _place(mesh)
     kind = _kind(mesh).lstrip(".")
+    resolver = ConfinedResolver(path.parent, root)
     return trimesh.load(io.BytesIO(data), file_type=kind, resolver=resolver, force="scene", process=False)
 
 
@@ -127,13 +142,11 @@ def _kind(mesh: Mesh) -> str:
     return written if written in MESH_SUFFIXES or mesh.path is None else mesh.path.suffix.lower()
 
 
-def _scaling(mesh: Mesh) -> Array:
+def _scaling(mesh: Mesh, data: bytes) -> Array:
     unit = 1.0
-    if mesh.path is not None and _kind(mesh) == ".dae":
-        with mesh.path.open("rb") as file:
-            found = re.search(rb"<unit\b[^>]*\bmeter\s*=\s*[\"']([^\"']+)", file.read(100_000))
-        if found:
-            unit = float(found[1])
+    if _kind(mesh) == ".dae":
+        found = re.search(rb"<unit\b[^>]{0,1000}?\bmeter\s*=\s*[\"']([^\"']{1,40})", data[:100_000])
+        unit = float(found[1]) if found else 1.0
     return np.array(mesh.scale) * unit
 
 
@@ -160,10 +173,13 @@ def _vertices(scene: Any, scaling: Array) -> Iterator[Array]:
 
 def _placed(scene: Any, scaling: Array) -> Iterator[tuple[Any, Array, Array]]:
     """Every geometry with triangles, its linear map (3, 3) and its shift (3,) into the scaled scene."""
+    count = 0
     for node in scene.graph.nodes_geometry:
         transform, name = scene.graph.get(node)
         shape = scene.geometry[name]
         if isinstance(shape, trimesh.Trimesh) and len(shape.faces):
+            count += len(shape.faces)
+            check_triangles(count)
             yield shape, transform[:3, :3] * scaling[:, None], transform[:3, 3] * scaling
 
 
@@ -181,12 +197,17 @@ def _colors(shape: Any) -> tuple[Color | None, NDArray[np.uint8] | None]:
     visual = shape.visual
     if visual.kind == "texture":
         image = getattr(visual.material, "image", None) or getattr(visual.material, "baseColorTexture", None)
-        if image is not None and visual.uv is not None and image.width * image.height <= MAX_PIXELS:
+        if image is not None and visual.uv is not None and _may_be_opened(image):
             return _uniform(visual.to_color().vertex_colors, len(shape.vertices))
         return _rgba(visual.material.main_color), None
     if visual.kind in ("vertex", "face"):
         return _uniform(visual.vertex_colors, len(shape.vertices))
     return None, None
+
+
+def _may_be_opened(image: Any) -> bool:
+    """Whether an image, of which only the head was read so far, is of sane size and kind."""
+    return image.width * image.height <= MAX_PIXELS and getattr(image, "format", None) in IMAGES
 
 
 def _uniform(colors: Any, count: int) -> tuple[Color | None, NDArray[np.uint8] | None]:

@@ -14,6 +14,8 @@ from robust_ik.meshes.opening import read_inside
 
 MAX_REFERENCE_BYTES = 50_000_000
 """Of all files together that one mesh refers to, each counted as often as it is asked for."""
+MAX_MATERIAL_BYTES = 1_000_000
+"""Of one file of materials; real ones have some hundred bytes."""
 REFERENCES = (
     ".mtl", ".bin", ".glbin", ".buffer", ".png", ".jpg", ".jpeg", ".gif", ".bmp", ".tga", ".tif", ".tiff", ".webp"
 )  # fmt: skip
@@ -51,7 +53,7 @@ class ConfinedResolver(_Base):  # type: ignore[misc]
             path = self._inside(name)
             if path is not None:
                 try:
-                    data = read_inside(path, self.root, self.left)
+                    data = read_inside(path, self.root, self._most(path))
                 except (OSError, ValueError):
                     continue
                 self.left -= len(data)
@@ -71,6 +73,9 @@ class ConfinedResolver(_Base):  # type: ignore[misc]
             return None
         hidden = any(part.startswith(".") for part in path.relative_to(self.root).parts)
         return path if not hidden and path.suffix.lower() in REFERENCES else None
+
+    def _most(self, path: Path) -> int:
+        return min(self.left, MAX_MATERIAL_BYTES) if path.suffix.lower() == ".mtl" else self.left
 
     def keys(self) -> Iterator[str]:
         """Nothing: files are asked for by name, a folder is never listed."""

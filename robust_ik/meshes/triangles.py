@@ -55,7 +55,9 @@ class Triangles:
 
 def tidy(mesh: Triangles, max_faces: int = MAX_FACES) -> Triangles:
     """The same shape, light and ready for smooth shading: corners merged, detail limited, sharp edges split."""
-    mesh = _merged(_finite(mesh))
+    mesh = _finite(mesh)
+    if len(mesh.faces) <= 4 * max_faces:  # else all corners are merged in cells below
+        mesh = _merged(mesh)
     if len(mesh.faces) > max_faces:
         mesh = _thinned(mesh, max_faces)
     return replace(_split_at_creases(mesh), closed=_is_closed(mesh))
@@ -88,14 +90,28 @@ def _merged(mesh: Triangles, cell: float = 0.0) -> Triangles:
     if len(mesh.faces) == 0:
         return mesh
     used = mesh.vertices[mesh.faces.ravel()]
-    keys = np.floor(used / cell).astype(np.int32) if cell > 0 else used
-    # One opaque item for a row: sorting those is much faster than np.unique along an axis. + 0 turns −0 into 0.
-    rows = np.ascontiguousarray(keys + keys.dtype.type(0)).view(np.dtype((np.void, 3 * keys.itemsize))).ravel()
-    _, first, inverse = np.unique(rows, return_index=True, return_inverse=True)
+    _, first, inverse = np.unique(_keys(used, cell), return_index=True, return_inverse=True)
     faces = inverse.reshape(-1, 3).astype(np.uint32)
     distinct = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
     colors = None if mesh.colors is None else mesh.colors[mesh.faces.ravel()][first]
     return Triangles(used[first], faces[distinct], colors)
+
+
+def _keys(points: NDArray[np.float32], cell: float) -> NDArray[np.int64]:
+    """A number for each point, the same for those in one cell, or for cell 0 at one place: sorting numbers is fast."""
+    if cell > 0:
+        places = np.floor((points - points.min(axis=0)) / cell).astype(np.int64)
+        x, y, z = np.ascontiguousarray(np.minimum(places, 2**20).T)
+        return np.asarray((x << 42) | (y << 21) | z)
+    x, y, z = np.ascontiguousarray((points + np.float32(0)).view(np.uint32).T).astype(np.uint64)  # + 0 turns −0 into 0
+    mixed = (x << np.uint64(32) | y) * np.uint64(0x9E3779B97F4A7C15)
+    mixed = ((mixed ^ (mixed >> np.uint64(29))) + z) * np.uint64(0xBF58476D1CE4E5B9)
+    keys = (mixed ^ (mixed >> np.uint64(32))).view(np.int64)
+    order = np.argsort(keys, kind="stable")
+    same = np.diff(keys[order]) == 0
+    if not (points[order[1:]][same] == points[order[:-1]][same]).all():  # two places with one number
+        _, keys = np.unique(points + np.float32(0), axis=0, return_inverse=True)
+    return np.asarray(keys).reshape(-1)
 
 
 def _thinned(mesh: Triangles, max_faces: int) -> Triangles:
@@ -105,12 +121,15 @@ def _thinned(mesh: Triangles, max_faces: int) -> Triangles:
     while len(mesh.faces) > max_faces and cells > 10:
         mesh = _merged(mesh, size / cells)
         mesh = Triangles(mesh.vertices, _without_copies(mesh.faces), mesh.colors)
-        cells *= 0.8
+        # Faces go with the square of the cells: far above the goal steps are larger.
+        cells *= min(0.8, max(0.4, 1.2 * (max_faces / max(len(mesh.faces), 1)) ** 0.5))
     return mesh
 
 
 def _without_copies(faces: NDArray[np.uint32]) -> NDArray[np.uint32]:
-    _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
+    a, b, c = np.sort(faces, axis=1).astype(np.int64).T
+    _, pair = np.unique(a * (int(faces.max(initial=0)) + 1) + b, return_inverse=True)
+    _, first = np.unique(pair * (int(faces.max(initial=0)) + 1) + c, return_index=True)
     return faces[np.sort(first)]
 
 
