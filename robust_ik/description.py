@@ -149,6 +149,10 @@ class Description:
         return {joint.name: joint for joint in self.joints}
 
     @cached_property
+    def _links(self) -> frozenset[str]:
+        return frozenset(self.links)
+
+    @cached_property
     def _joint_above(self) -> dict[str, Joint]:
         return {joint.child: joint for joint in self.joints}
 
@@ -165,7 +169,7 @@ class Description:
 
     def link_of(self, frame: str) -> str:
         """The link that a frame name stands for: the link itself, or the child of the joint of that name."""
-        if frame in self.links:
+        if frame in self._links:
             return frame
         if frame in self.joint:
             return self.joint[frame].child

@@ -115,13 +115,9 @@ class _Tree:
 
     def _branches(self, link: str) -> list[Joint]:
         """The joints that move something against the body that a link is part of, those with most below first."""
-        branches, body = [], [link]
-        for part in body:
-            for joint in self._below[part]:
-                if self.sources[joint.child] == self.sources[link]:
-                    body.append(joint.child)
-                else:
-                    branches.append(joint)
+        parts = self._body(link)
+        body = set(parts)
+        branches = [joint for part in parts for joint in self._below[part] if joint.child not in body]
         return sorted(branches, key=lambda joint: -self.deepest[joint.child])
 
     def _is_hand(self, branches: list[Joint]) -> bool:
@@ -153,8 +149,7 @@ class _Tree:
 
     def _ends_of_body(self, link: str) -> list[Tip]:
         """The leaves that no further joint moves; one of them, or what they share, where they are one rigid body."""
-        most = self.sources[link]
-        leaves = [leaf for leaf in self.description.leaves if self.sources[leaf] == most and self._is_below(leaf, link)]
+        leaves = [part for part in self._body(link) if not self._below[part]]
         if len(leaves) == 1 or self._moves_within(leaves, link):
             return [Tip(leaf) for leaf in leaves]
         if "tool0" in leaves:
@@ -174,8 +169,12 @@ class _Tree:
         chains = [self.description.chain(leaf)[above - 1 :] for leaf in leaves]
         return any(joint.kind != "fixed" for chain in chains for joint in chain)
 
-    def _is_below(self, leaf: str, link: str) -> bool:
-        return link in self._above(leaf)
+    def _body(self, link: str) -> list[str]:
+        """The links from a link on that nothing moves but what moves it."""
+        body = [link]
+        for part in body:
+            body += [joint.child for joint in self._below[part] if self.sources[joint.child] == self.sources[link]]
+        return body
 
     def _above(self, link: str) -> list[str]:
         """The links from the root to a link, both included."""

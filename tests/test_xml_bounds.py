@@ -1,5 +1,6 @@
 """What is too much is refused before it is read, and messages stay short whatever they quote."""
 
+import contextlib
 import pickle
 
 import pytest
@@ -7,7 +8,9 @@ import pytest
 import robust_ik as rik
 from robust_ik import xml_bounds
 from robust_ik.catalog import catalog
+from robust_ik.description import Description
 from robust_ik.errors import LONGEST_MESSAGE, cut, listed, suggest
+from robust_ik.tips import choose_tip
 from robust_ik.urdf import parse_urdf
 from robust_ik.urdf_checks import safe_tree
 from robust_ik.xml_bounds import SRDF, URDF
@@ -124,3 +127,19 @@ def test_a_message_that_quotes_a_file_is_short(length):
         with pytest.raises(rik.UrdfError) as caught:
             parse_urdf(ROBOT.format(inside))
         assert len(str(caught.value)) <= LONGEST_MESSAGE
+
+
+@pytest.mark.parametrize("kind", ["revolute", "follower", "fixed"])
+def test_to_choose_a_tip_takes_no_more_than_some_looks_at_each_link(kind, monkeypatch):
+    looks, chain = [], Description.chain
+    monkeypatch.setattr(Description, "chain", lambda self, frame: looks.append(frame) or chain(self, frame))
+    limit = "<limit lower='-1' upper='1' velocity='1' effort='1'/>"
+    joint = "<link name='{2}'/><joint name='j{2}' type='{0}'><parent link='{1}'/><child link='{2}'/><axis xyz='0 0 1'/>"
+    end = limit + ("<mimic joint='jb'/>" if kind == "follower" else "") + "</joint>"
+    turns = "fixed" if kind == "fixed" else "revolute"
+    joints = [(joint + end).format(turns, "a" if kind == "follower" else "b", f"l{i}") for i in range(500)]
+    first = (joint + limit + "</joint>").format("revolute", "a", "b")
+    description = parse_urdf(ROBOT.format(first + "".join(joints)))
+    with contextlib.suppress(rik.TipError):
+        choose_tip(description)
+    assert len(looks) <= 4 * 500
