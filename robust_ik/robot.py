@@ -25,6 +25,7 @@ from robust_ik.tips import choose_tip
 from robust_ik.urdf import parse_urdf, read_urdf
 
 LOGGER = logging.getLogger("robust_ik")
+MOST_TOLD = 1000
 _TOLD: set[str] = set()
 """The notes that were logged: reading a file again says nothing new."""
 
@@ -80,6 +81,8 @@ class Robot(PoseInverse):
         for note in self.notes:
             said = f"{self.description.source}: {note}"
             if said not in _TOLD:
+                if len(_TOLD) >= MOST_TOLD:
+                    _TOLD.clear()
                 _TOLD.add(said)
                 LOGGER.warning("%s", said)
         return self

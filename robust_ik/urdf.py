@@ -113,8 +113,10 @@ def parse_urdf(
 
 
 def fix_joints(xml: str, keep: set[str]) -> str:
-    """URDF text in which every joint outside `keep` is fixed at zero."""
+    """URDF text in which every joint outside `keep` is fixed at zero, and nothing has a shape."""
     root = etree.fromstring(xml.encode())
+    for shape in [*root.iterfind("link/visual"), *root.iterfind("link/collision"), *root.iterfind("material")]:
+        shape.getparent().remove(shape)
     for joint in root.findall("joint"):
         if joint.get("name") not in keep:
             joint.set("type", "fixed")

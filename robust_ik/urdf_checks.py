@@ -16,6 +16,7 @@ from robust_ik.xml_repairs import note_version, repaired
 
 MAX_DEPTH = 1000
 """Joints from the root to a leaf; the parsers below recurse."""
+_NAMES = ("link", "joint", "name")
 _DECLARATION = re.compile(r"\ufeff?<\?xml[^>]*\?>")
 _OTHERS = {
     "mujoco": "it is MuJoCo's MJCF, not a URDF: take the robot's URDF, or convert it (mjcf-urdf-simple-converter)",
@@ -62,8 +63,10 @@ def _parsed(xml: str | bytes, notes: Notes, bounds: XmlBounds) -> Any:
         bounds.check(mended)
         try:
             return _strict(mended.encode())
-        except (etree.XMLSyntaxError, UnicodeEncodeError):
-            pass
+        except etree.XMLSyntaxError as error:  # what is still amiss, rather than what could be mended
+            why = error.msg[:300]
+        except UnicodeEncodeError as error:
+            why = error.reason
     if (b"<!DOCTYPE" if isinstance(xml, bytes) else "<!DOCTYPE") in xml:  # type: ignore[operator]
         raise UrdfError(_doctype("a robot's file"))
     raise UrdfError(f"not well-formed XML: {why}")
@@ -111,6 +114,7 @@ def _drop_default_namespaces(root: Any) -> bool:
 
 def check_tree(root: Any) -> None:
     """Refuses names, references and origins with which the links and joints are no tree in space."""
+    _tidy_blanks(root)
     root.attrib.pop("version", None)  # of the format, which yourdfpy and Pinocchio's reader may not know
     if not root.get("name"):
         root.set("name", "robot")
@@ -127,6 +131,15 @@ def check_tree(root: Any) -> None:
     for joint in joints:
         _check_joint(joint, known)
     _check_is_tree(links, joints)
+
+
+def _tidy_blanks(root: Any) -> None:
+    """Puts one blank between numbers, which is all that Pinocchio's reader takes."""
+    for path in ("joint/*", "link/inertial/*"):
+        for element in root.iterfind(path):
+            for attribute, text in element.attrib.items():
+                if attribute not in _NAMES and text != (tidy := " ".join(text.split())):
+                    element.set(attribute, tidy)
 
 
 def _named(element: Any) -> str:

@@ -166,7 +166,7 @@ def _straighten(root: Any, notes: Notes) -> None:
     followed = {mimic.get("joint") for mimic in root.iterfind("joint/mimic")}
     for joint in root.findall("joint"):
         if joint.get("type") in MOVING_TYPES:
-            _write_axis(joint)
+            _write_axis(joint, notes)
         if joint.get("type") == "continuous" and (joint.get("name") in followed or joint.find("mimic") is not None):
             # As (cos, sin) its number of turns would be lost on the joints that follow it.
             joint.set("type", "revolute")
@@ -180,9 +180,11 @@ def _straighten(root: Any, notes: Notes) -> None:
                 limit.set(attribute, limit.get(attribute, "0"))
 
 
-def _write_axis(joint: Any) -> None:
+def _write_axis(joint: Any, notes: Notes) -> None:
     """The unit axis, x where none is written."""
     axis = joint.find("axis")
+    if axis is not None and axis.get("xyz") is None:
+        notes.add("has an <axis> without xyz, which is taken as x", named("joint", joint.get("name")))
     if axis is None:
         axis = etree.SubElement(joint, "axis")
     found = [float(word) for word in axis.get("xyz", "1 0 0").split()]

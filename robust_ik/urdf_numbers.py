@@ -9,7 +9,7 @@ LARGEST = 1e6
 """Metres and radians as written, far below where products overflow."""
 LONGEST = 80
 """Characters of a text that are shown."""
-_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
+_NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")
 
 
 def numbers(text: str, largest: float = LARGEST) -> tuple[float, ...] | None:

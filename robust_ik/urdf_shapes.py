@@ -15,11 +15,7 @@ from robust_ik.urdf_numbers import are_numbers, numbers, shown
 
 _NEEDED = {"box": {"size": 3}, "sphere": {"radius": 1}, "cylinder": {"radius": 1, "length": 1}, "mesh": {}}
 _LEFT_OUT = "it is left out, in drawings and where collisions are looked for"
-_MASSES = {
-    "origin": {"xyz": 3, "rpy": 3},
-    "mass": {"value": 1},
-    "inertia": {"ixx": 1, "ixy": 1, "ixz": 1, "iyy": 1, "iyz": 1, "izz": 1},
-}
+_MASSES = {"mass": ("value",), "inertia": ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")}
 LARGEST_MASS = 1e18
 
 
@@ -46,14 +42,17 @@ def mend_shapes(root: Any, notes: Notes) -> None:
 
 def _mend_masses(link: Any, name: str, notes: Notes) -> None:
     for inertial in link.findall("inertial"):
-        if not all(
-            are_numbers(element.get(attribute), count, LARGEST_MASS)
-            for tag, attributes in _MASSES.items()
-            for element in inertial.findall(tag)
-            for attribute, count in attributes.items()
+        origins = [(each, attribute) for each in inertial.findall("origin") for attribute in ("xyz", "rpy")]
+        if not all(_is_whole(inertial.find(tag), attributes) for tag, attributes in _MASSES.items()) or not all(
+            are_numbers(origin.get(attribute), 3) for origin, attribute in origins
         ):
             link.remove(inertial)
-            notes.add("a mass or inertia that is no number is left out", name)
+            notes.add("a mass or inertia that is incomplete or no number is left out", name)
+
+
+def _is_whole(element: Any, attributes: tuple[str, ...]) -> bool:
+    """Whether an element is there with all its numbers, so that Pinocchio's reader has nothing to print."""
+    return element is not None and all(are_numbers(element.get(each, ""), 1, LARGEST_MASS) for each in attributes)
 
 
 def _mend_colour(material: Any, name: str, notes: Notes) -> None:
@@ -91,6 +90,8 @@ def _size_problem(shape: Any) -> str:
             given = shown(shape.get(attribute, ""))
             numbers_ = "1 number that is" if count == 1 else f"{count} numbers that are"
             return f"is a {shape.tag} that needs {attribute} with {numbers_} not negative, got {given}"
+    if shape.tag == "mesh" and not shape.get("filename"):
+        return "is a mesh that names no file"
     if shape.tag == "mesh" and (text := shape.get("scale")) is not None:
         scale = numbers(text)
         if scale is None or len(scale) not in (1, 3):

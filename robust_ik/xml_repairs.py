@@ -71,14 +71,18 @@ def repaired(data: str | bytes, notes: Notes) -> str | None:
         notes.add("bytes that are not UTF-8 are taken as Windows-1252 (Latin-1)")
     mending = _Mending(notes)
     try:
-        mended = "".join(mending.pieces(_without_forbidden(_without_declarations(text, notes), notes)))
+        mended = "".join(mending.pieces(_without_forbidden(_without_head(text, notes), notes)))
     except _GiveUpError:
         return None
     return mending.declare_prefixes(mended)
 
 
-def _without_declarations(text: str, notes: Notes) -> str:
+def _without_head(text: str, notes: Notes) -> str:
     text = text.removeprefix("\ufeff")
+    start = max(text.find("<"), 0)
+    if text[:start].strip():
+        notes.add("text before the first tag is passed over")
+        text = text[start:]
     first = _DECLARATION.search(text)
     if first is not None and first.start() > 0:
         notes.add("the XML declaration <?xml …?> does not stand at the very beginning, as it must")
@@ -119,7 +123,7 @@ class _Mending:
         """The text again, tag by tag; lines stay where they are."""
         place = 0
         while (start := text.find("<", place)) >= 0:
-            yield self._escaped(text[place:start])
+            yield self._content(text[place:start])
             if text.startswith("<!--", start):
                 place = _end(text, "-->", start + 4)
                 yield self._comment(text[start:place])
@@ -135,12 +139,18 @@ class _Mending:
                     raise _GiveUpError
                 place = tag.end()
                 yield self._tag(*tag.groups())
-        yield self._escaped(text[place:])
+        yield self._content(text[place:])
 
     def _comment(self, comment: str) -> str:
         if "--" in comment[4:-3] or comment.endswith("--->"):
             self.notes.add("a comment holds '--', which XML forbids")
         return "\n" * comment.count("\n")
+
+    def _content(self, text: str) -> str:
+        if "]]>" in text:
+            self.notes.add("a bare ']]>' is taken as the characters")
+            text = text.replace("]]>", "]]&gt;")
+        return self._escaped(text)
 
     def _escaped(self, text: str) -> str:
         if "&" not in text or not _BARE.search(text):

@@ -27,6 +27,7 @@ def urdf(*joints, links="abc", inside=""):
 
 
 TWO = (joint(), joint("j2", parent="b", child="c"))
+PLAIN = urdf(*TWO)
 
 
 def test_joints_links_and_limits_are_read():
@@ -413,6 +414,26 @@ def test_an_axis_that_is_not_written_is_x(axis):
     assert_allclose(robot.jacobian([0, 0])[3:, 0], [1, 0, 0])
 
 
+def test_an_axis_element_that_says_nothing_is_noted():
+    text = urdf(joint().replace('<axis xyz="0 0 1"/>', "<axis/>"), TWO[1])
+    assert parse_urdf(text).notes == ("joint 'j1': has an <axis> without xyz, which is taken as x",)
+
+
+@pytest.mark.parametrize("blank", ["\u00a0", "\t", "\n", "  "])
+def test_any_blank_stands_between_numbers_and_around_them(blank, capfd):
+    spaced = PLAIN.replace('xyz="1 0 0"', f'xyz="1{blank}0{blank}0{blank}"').replace('lower="-1"', f'lower="-1{blank}"')
+    robot, plain = (rik.Robot.from_description(parse_urdf(text)) for text in (spaced, PLAIN))
+    assert_allclose(robot.pose([0.1, 0.2]), plain.pose([0.1, 0.2]))
+    assert robot.lower.tolist() == plain.lower.tolist()
+    assert capfd.readouterr().err == ""
+
+
+def test_pinocchio_is_given_no_shape_to_complain_about(capfd):
+    shape = "<visual><geometry><mesh/></geometry><material/></visual>"
+    rik.Robot.from_description(parse_urdf(PLAIN.replace('<link name="c"/>', f'<link name="c">{shape}</link>')))
+    assert "Error" not in capfd.readouterr().err
+
+
 @pytest.mark.parametrize("axis", ["0 0 1e5", "0 0 1e-5"])
 def test_an_axis_of_any_length_is_a_direction(axis):
     robot = rik.Robot.from_description(parse_urdf(urdf(joint(axis=axis), TWO[1])))
@@ -512,7 +533,6 @@ def test_text_is_read_as_it_is_whatever_encoding_it_declares():
 
 
 # ------------------------------------------------------------------------------ what is mended, and what is noted
-PLAIN = urdf(*TWO)
 MENDED = {
     "prefix of an element": (PLAIN.replace("</robot>", "<drake:acceleration value='1'/></robot>"), "drake:accel"),
     "prefix of an attribute": (PLAIN.replace("effort=", "drake:acceleration='4' effort="), "limit drake:acceleration"),
@@ -524,6 +544,8 @@ MENDED = {
     "blank line": ("\n" + '<?xml version="1.0"?>' + PLAIN, "very beginning"),
     "comment first": ('<!-- by hand -->\n<?xml version="1.0"?>' + PLAIN, "very beginning"),
     "mark and blank": ('\ufeff <?xml version="1.0"?>' + PLAIN, "very beginning"),
+    "mark read as Latin-1": ("ï»¿" + PLAIN, "text before the first tag"),
+    "end of CDATA": (PLAIN.replace("</robot>", "<gazebo>a]]>b</gazebo></robot>"), "']]>'"),
     "version 0.0": ('<?xml version="0.0"?>' + PLAIN, "version '0.0' is read as 1.0"),
     "two hyphens": (PLAIN.replace("</robot>", "<!-- a -- b\n---></robot>"), "'--'"),
     "control characters": (PLAIN.replace("</robot>", "<gazebo>\x01&#2;</gazebo></robot>\0"), "control characters"),
@@ -604,6 +626,11 @@ UNUSED = {
         '<link name="c"/>',
         '<link name="c"><inertial><origin xyz="0 0"/><inertia ixx="inf" iyy="heavy"/></inertial></link>',
         "mass or inertia",
+    ),
+    "part of an inertia": (
+        '<link name="c"/>',
+        '<link name="c"><inertial><mass value="1"/><inertia ixx="1"/></inertial></link>',
+        "mass or inertia that is incomplete",
     ),
     "damping": (LIMIT, LIMIT + '<dynamics damping="much"/>', "<dynamics>"),
     "empty dynamics": (LIMIT, LIMIT + "<dynamics/>", "<dynamics>"),
