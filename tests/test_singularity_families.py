@@ -93,7 +93,13 @@ def robot_of(name):
 
 @cache
 def atlas_of(name):
-    return find_singularities(robot_of(name), starts=MORE_STARTS.get(name, STARTS))
+    return searched(name)
+
+
+def searched(name):
+    """With proofs for arms that slide and planar ones: of others, what random starts find is enough to look at."""
+    proved = name in SLIDING or name.startswith("planar")
+    return find_singularities(robot_of(name), starts=MORE_STARTS.get(name, STARTS), certify=proved)
 
 
 def last_sigma(name, values, corank):
@@ -137,7 +143,7 @@ def test_no_row_is_spurious_none_is_missing_and_dimensions_count_conditions(name
     "name", ["cylindrical and wrist", "structured position 6", "generic position 3", "planar 4 xy"]
 )
 def test_the_same_seed_gives_the_same_atlas(name):
-    again = find_singularities(robot_of(name), starts=STARTS)
+    again = searched(name)
     assert json.dumps(to_plain(again)) == json.dumps(to_plain(atlas_of(name)))
 
 
@@ -184,7 +190,7 @@ def test_a_guess_that_is_not_singular_is_not_taken():
 
 
 def test_the_stand_in_10_axis_arm_has_no_unaccounted_start_at_corank_1():
-    atlas = find_singularities(rik.load("srs_10r"), 1, starts=300)
+    atlas = find_singularities(rik.load("srs_10r"), 1, starts=300, certify=False)
     assert atlas.evidence[0].unmatched == 0
     assert all(not row.curve for row in atlas)
     words = {row.words: row.dimension for row in atlas}
@@ -218,7 +224,7 @@ def test_a_relation_is_not_told_twice_with_other_joints_set_free():
 
 def test_sums_that_other_sums_add_up_to_are_no_conditions():
     robot = rik.Robot.from_dh(structured(10, 5))
-    atlas = find_singularities(robot, 1, starts=80)
+    atlas = find_singularities(robot, 1, starts=80, certify=False)
     for row in atlas:
         angles = [each.angle.row(robot.n) for each in row.conditions]
         assert np.linalg.matrix_rank(np.array(angles)) == len(angles)
