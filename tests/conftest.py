@@ -29,13 +29,13 @@ def pytest_collection_modifyitems(config, items):
     """At --quick, drops what is marked slow, the notebooks, and all but the first parameters of each test."""
     if not config.getoption("--quick"):
         return
-    seen, kept = Counter(), []
+    seen, kept, dropped = Counter(), [], []
     for item in items:
         name = item.nodeid.partition("[")[0]
-        if not item.get_closest_marker("slow") and item.path.suffix == ".py" and seen[name] < QUICK:
-            kept.append(item)
         seen[name] += 1
-    config.hook.pytest_deselected(items=[item for item in items if item not in set(kept)])
+        slow = item.get_closest_marker("slow") or item.path.suffix != ".py"
+        (dropped if slow or seen[name] > QUICK else kept).append(item)
+    config.hook.pytest_deselected(items=dropped)
     items[:] = kept
 
 

@@ -415,6 +415,7 @@ for name, corank in (("panda", 1), ("ur5", 2), ("b1_z1", 1)):
 """
 
 
+@pytest.mark.slow
 def test_the_same_arm_gives_the_same_proof_to_the_letter():
     """What is counted is steps, not seconds, and no order is that of a hash; "b1_z1" stays open."""
     runs = [

@@ -196,6 +196,7 @@ def test_inverses_prints_the_table_of_the_readme_and_draws_the_gains(command, tm
     assert command("inverses", "SDLS", "--plot", "gains.svg")[0] == 1
 
 
+@pytest.mark.slow
 def test_any_inverse_can_drive_the_demo(command, monkeypatch):
     monkeypatch.setattr("robust_ik.scenarios.stretch", partial(stretch, travel=0.3, pause=0.1, settle=0.1))
     for each in CLASSES:

@@ -289,6 +289,7 @@ def answer(process):
     return float(value), bool(int(hits))
 
 
+@pytest.mark.slow
 def test_a_kernel_is_as_new_as_all_its_pieces_wherever_they_lie(package, tmp_path):
     for value, _ in map(answer, [start(package), start(package)]):  # compiled by two at once
         assert value == 2

@@ -1,14 +1,17 @@
 """What runs the tests under other settings: it tells what failed under which, and its settings are no words only."""
 
 import os
+import re
 import sys
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import robust_ik as rik
 from tests import everywhere
-from tests.conftest import move_starts
+from tests.conftest import QUICK, move_starts, pytest_collection_modifyitems
 from tests.everywhere import Setting
 
 TESTS = "import os\n\ndef test_it():\n    assert 'ROBUST_IK_BROKEN' not in os.environ\n"
@@ -44,6 +47,7 @@ def test_what_cannot_be_run_here_is_said_and_fails_nothing_unless_nothing_is_lef
     assert outcome(impossible)[0] == 1
 
 
+@pytest.mark.slow
 def test_settings_are_chosen_by_a_word_and_unknown_words_are_refused(outcome):
     broken = Setting("wild", {"ROBUST_IK_BROKEN": "1"})
     assert outcome(Setting("calm"), broken, options=("--only", "cal"))[0] == 0
@@ -51,6 +55,7 @@ def test_settings_are_chosen_by_a_word_and_unknown_words_are_refused(outcome):
         outcome(Setting("calm"), broken, options=("--only", "storm"))
 
 
+@pytest.mark.slow
 def test_every_setting_of_this_machine_changes_what_it_says_or_is_left_out():
     found = everywhere.settings()
     assert len({each.name for each in found}) == len(found) >= 8
@@ -99,3 +104,32 @@ def test_programs_that_fail_or_warn_answer_nothing():
     for program in ("raise SystemExit(3)", "import warnings; warnings.warn('no'); print(1)", "syntax error"):
         assert everywhere.answer(program) == []
     assert sys.executable
+
+
+def item(name, *marks, path="test_a.py"):
+    return SimpleNamespace(nodeid=f"{path}::{name}", path=Path(path), get_closest_marker=lambda mark: mark in marks)
+
+
+def collected(items, quick):
+    dropped = []
+    hook = SimpleNamespace(pytest_deselected=lambda items: dropped.extend(items))
+    config = SimpleNamespace(getoption=lambda name: quick, hook=hook)
+    kept = list(items)
+    pytest_collection_modifyitems(config, kept)
+    return kept, dropped
+
+
+def test_quickly_no_slow_test_no_notebook_and_the_first_parameters_only_are_run():
+    many = [item(f"test_many[{i}]") for i in range(5)]
+    others = [item("test_one"), item("test_slow", "slow"), item("", path="1.ipynb")]
+    assert collected([*many, *others], quick=False) == ([*many, *others], [])
+    kept, dropped = collected([*many, *others], quick=True)
+    assert kept == [*many[:QUICK], others[0]]
+    assert dropped == [*many[QUICK:], *others[1:]]
+
+
+def test_every_file_of_tests_has_one_that_is_quick():
+    for path in Path(__file__).parent.glob("test_*.py"):
+        text = path.read_text(encoding="utf-8")
+        tests, slow = re.findall(r"^ *def test_", text, re.MULTILINE), text.count("mark.slow")
+        assert len(tests) > slow, path.name

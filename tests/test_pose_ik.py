@@ -311,6 +311,7 @@ def test_solutions_of_redundant_arms_are_apart_by_what_was_asked(rng):
 
 
 # ---------------------------------------------------------------------------------------------- unreachable targets
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ARMS)
 def test_targets_out_of_reach_are_said_to_be_and_the_closest_is_found(name, rng):
     robot = arm(name)

@@ -51,6 +51,7 @@ def test_every_public_inverse_is_in_the_table():
     assert {c.__name__ for c in inverses.CLASSES} <= set(rik.__all__)
 
 
+@pytest.mark.slow
 def test_the_table_of_the_demo_is_what_the_demo_measures(rng):
     """Of the pseudo-inverse, whose run hangs on the last bit, the median over starts that differ by 1e-9."""
     scenario = stretch(rik.load("xarm7"))

@@ -189,6 +189,7 @@ def test_a_guess_that_is_not_singular_is_not_taken():
     assert len(completed(chain, list(row.leaves), np.random.default_rng(0))) == len(row.leaves)
 
 
+@pytest.mark.slow
 def test_the_stand_in_10_axis_arm_has_no_unaccounted_start_at_corank_1():
     atlas = find_singularities(rik.load("srs_10r"), 1, starts=300, certify=False)
     assert atlas.evidence[0].unmatched == 0
@@ -212,6 +213,7 @@ def test_points_off_every_leaf_are_not_accounted_for():
 
 
 # ------------------------------------------------------------------------------------------------ coupled joints
+@pytest.mark.slow
 def test_a_relation_is_not_told_twice_with_other_joints_set_free():
     """Once q2 and q6 were let go since one relation of q4 and q5 seemed to be two."""
     robot = rik.Robot.from_dh(structured(6, 5, ("x", "y", "z", "wz")))
@@ -222,6 +224,7 @@ def test_a_relation_is_not_told_twice_with_other_joints_set_free():
     assert atlas.evidence[0].unmatched == 0
 
 
+@pytest.mark.slow
 def test_sums_that_other_sums_add_up_to_are_no_conditions():
     robot = rik.Robot.from_dh(structured(10, 5))
     atlas = find_singularities(robot, 1, starts=80, certify=False)

@@ -270,6 +270,7 @@ def test_certificates_come_back_from_their_file(tmp_path):
         Certificate.from_json(json.dumps(twice))
 
 
+@pytest.mark.slow
 def test_the_same_arm_gives_the_same_proofs():
     one, other = (rik.find_singularities(rik.load("puma560"), starts=50).certificate.to_json() for _ in range(2))
     assert one == other

@@ -10,6 +10,7 @@ from robust_ik.resolvers import levels
 from tests import soak
 
 
+@pytest.mark.slow
 def test_no_promise_is_broken_in_more_than_a_thousand_random_steps():
     counts = soak.soak(soak.load_robots(), 1_500, seed=0)
     assert sum(counts.values()) == 1_500

@@ -206,11 +206,13 @@ def test_an_atlas_is_the_same_with_any_number_of_workers(pool):
         assert plain(atlas_of(executor=one)) == alone()
 
 
+@pytest.mark.slow
 def test_an_atlas_extended_by_workers_is_the_same(pool):
     atlas = rik.find_singularities(rik.load("planar_2r"), starts=20)
     assert plain(atlas.extended(600, executor=pool)) == plain(atlas.extended(600))
 
 
+@pytest.mark.slow
 def test_progress_of_an_atlas_only_grows_and_ends(pool):
     for executor in (None, pool):
         told = []
@@ -221,6 +223,7 @@ def test_progress_of_an_atlas_only_grows_and_ends(pool):
         assert told[-1][0] == told[-1][1]
 
 
+@pytest.mark.slow
 def test_an_atlas_loses_nothing_when_a_worker_is_killed():
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as mortal:
         victim = mortal.submit(os.getpid).result()
@@ -272,11 +275,13 @@ def cluster():
         yield made, client
 
 
+@pytest.mark.slow
 def test_two_dask_workers_give_the_same_atlas_to_the_last_bit(cluster):
     _, client = cluster
     assert plain(atlas_of(executor=client.get_executor())) == alone()
 
 
+@pytest.mark.slow
 def test_a_killed_dask_worker_loses_nothing_and_changes_no_bit(cluster):
     _, client = cluster
     victim = next(iter(client.run(os.getpid).values()))
@@ -284,6 +289,7 @@ def test_a_killed_dask_worker_loses_nothing_and_changes_no_bit(cluster):
     client.wait_for_workers(2)
 
 
+@pytest.mark.slow
 def test_a_piece_that_dask_gives_up_is_done_here(cluster, monkeypatch):
     made, client = cluster
     monkeypatch.setattr(made.scheduler, "allowed_failures", 0)

@@ -47,6 +47,7 @@ def test_a_jacobian_of_zeros_is_as_singular_as_can_be():
     assert_array_equal(still.inverse_condition, [0.0, 0.0])
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_map_whoever_makes_it_and_more_of_it_begins_with_it():
     robot = rik.load("kinova")  # continuous joints: nq is more than n
     alone = rik.map_workspace(robot, 10_500, rng=3)
