@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from robust_ik.certificates.checker import Verdict, check
-from robust_ik.certificates.json_values import CertificateError, a_list, an_object
+from robust_ik.certificates.json_values import CertificateError, a_list, an_object, read_json
 from robust_ik.certificates.proof import Proof
 from robust_ik.files import read_file
 from robust_ik.outputs import write_file
@@ -55,7 +55,7 @@ class Certificate:
             CertificateError: It is neither, or of another version; nothing of it is run.
         """
         try:
-            data = json.loads(text)
+            data = read_json(text)
         except (ValueError, RecursionError) as error:
             raise CertificateError(f"no JSON: {str(error)[:200]}") from error
         if not isinstance(data, dict) or data.get("format") != FORMAT:

@@ -30,6 +30,7 @@ from robust_ik.certificates.points import Place, source_value
 from robust_ik.certificates.proof import Arm, Proof
 from robust_ik.certificates.proof_json import from_json
 from robust_ik.certificates.replay import ROW_NAMES, is_rigid
+from robust_ik.certificates.steps import MOST, TooManyStepsError, at_most
 
 ATTEMPTS = 20
 
@@ -51,7 +52,14 @@ class Verdict:
     cases: int = 0
 
 
-def check(certificate: str | Proof, *, arm: Arm | None = None, seed: int | None = None, rounds: int = 2) -> Verdict:
+def check(
+    certificate: str | Proof,
+    *,
+    arm: Arm | None = None,
+    seed: int | None = None,
+    rounds: int = 2,
+    steps: float = MOST,
+) -> Verdict:
     """Whether a proof holds.
 
     Args:
@@ -60,6 +68,7 @@ def check(certificate: str | Proof, *, arm: Arm | None = None, seed: int | None 
         seed: Of the random points and primes; by default drawn from the proof's own text, so that the same proof gets
             the same points and no proof can be made to fit them.
         rounds: How often every identity is tested, at new points and modulo a new prime.
+        steps: What it may take, counted as in `steps`; a certificate that takes more is refused.
     """
     try:
         text = certificate.to_json() if isinstance(certificate, Proof) else certificate
@@ -69,10 +78,11 @@ def check(certificate: str | Proof, *, arm: Arm | None = None, seed: int | None 
     if seed is None:
         seed = int.from_bytes(hashlib.sha256(text.encode()).digest(), "big")
     try:
-        _check_frame(proof, arm)
-        for turn in range(max(1, rounds)):
-            _Round(proof, random.Random(f"{seed}:{turn}"), turn == 0).run()
-    except RefusedError as error:
+        with at_most(steps):
+            _check_frame(proof, arm)
+            for turn in range(max(1, rounds)):
+                _Round(proof, random.Random(f"{seed}:{turn}"), turn == 0).run()
+    except (RefusedError, TooManyStepsError) as error:
         return Verdict(False, f"refused: {error}")
     except (UnluckyError, ZeroDivisionError, OverflowError) as error:
         return Verdict(False, f"refused: the numbers do not allow a check: {error}")

@@ -8,6 +8,7 @@ from fractions import Fraction
 
 from robust_ik.certificates.cases import Branch, Coefficients, Factor, Form, Pin, State
 from robust_ik.certificates.roots import has_real_root
+from robust_ik.certificates.steps import spend
 
 
 class RefusedError(Exception):
@@ -109,6 +110,7 @@ def _at(values: Sequence[Fraction], index: int) -> Fraction:
 def _image(value: Coefficients, theta: list[Fraction], modulus: list[Fraction]) -> list[Fraction]:
     result = [Fraction(0)]
     for coefficient in reversed(value):
+        spend(30 * len(result) * len(theta))
         product = [Fraction(0)] * (len(result) + len(theta) - 1)
         for i, a in enumerate(result):
             for j, b in enumerate(theta):
@@ -118,10 +120,15 @@ def _image(value: Coefficients, theta: list[Fraction], modulus: list[Fraction]) 
     return result
 
 
+def _bits(value: Fraction) -> int:
+    return value.numerator.bit_length() + value.denominator.bit_length()
+
+
 def _reduced(values: list[Fraction], modulus: list[Fraction]) -> list[Fraction]:
     values, size = list(values), len(modulus) - 1
     while len(values) > size:
         head = values.pop() / modulus[-1]
+        spend(sum(30 + (_bits(head) * _bits(each) / 1e6) + _bits(head) / 30 for each in modulus))
         for i in range(size):
             values[len(values) - size + i] -= head * modulus[i]
     return values or [Fraction(0)]

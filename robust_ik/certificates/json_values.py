@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from typing import Any
 
@@ -10,12 +11,30 @@ from robust_ik.errors import InputError
 
 MAX_DIGITS = 2_000
 MAX_DEGREE = 128
+MAX_FIELD = 17
+"""Coefficients of a field's polynomial: a prover works in fields up to degree 16."""
 MAX_TEXT = 400
 FRACTION = re.compile(rf"-?[0-9]{{1,{MAX_DIGITS}}}(/[1-9][0-9]{{0,{MAX_DIGITS - 1}}})?")
 
 
+MOST_LISTS, MOST_VALUES = 2_000_000, 6_000_000
+"""Brackets and commas of a text: those of a proof of 500 cases are 50,000 and 100,000."""
+
+
 class CertificateError(InputError):
     """Text that is no certificate."""
+
+
+def read_json(text: str) -> Any:
+    """The data in JSON text, if it is not more than memory should hold.
+
+    Raises:
+        ValueError: It is no JSON, or holds too many values.
+        RecursionError: It is nested too deeply.
+    """
+    if text.count("[") + text.count("{") > MOST_LISTS or text.count(",") > MOST_VALUES:
+        raise ValueError(f"it holds more than {MOST_LISTS} lists or {MOST_VALUES} values")
+    return json.loads(text)
 
 
 def an_object(data: Any, what: str, keys: set[str]) -> dict[str, Any]:
@@ -55,7 +74,7 @@ def a_fraction(data: Any) -> str:
 
 def coefficients(data: Any) -> Coefficients:
     """The data as coefficients, at least one."""
-    values = tuple(a_fraction(value) for value in a_list(data, "coefficients", MAX_DEGREE))
+    values = tuple(a_fraction(value) for value in a_list(data, "coefficients", MAX_FIELD))
     if not values:
         raise CertificateError("a number has a coefficient")
     return values

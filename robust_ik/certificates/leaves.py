@@ -14,6 +14,7 @@ from robust_ik.certificates.modular import Ring
 from robust_ik.certificates.points import Place
 from robust_ik.certificates.proof import Arm, Proof
 from robust_ik.certificates.replay import Point, Replay, collect, evaluate, random_point
+from robust_ik.certificates.steps import spend
 
 TRIES = 200
 """How often a point on a leaf is looked for: relations have a root modulo about two primes of three."""
@@ -113,6 +114,7 @@ def _check_follows(arm: Arm | None, node: Node, form: Form, place: Place) -> Non
 def _divides(divisor: list[Any], value: list[Any], ring: Ring) -> bool:
     """Whether one polynomial over the ring divides another."""
     rest, p, scale = list(value), ring.prime, ring.inverse(divisor[-1])
+    spend(3 * len(rest) * len(divisor))
     while len(rest) >= len(divisor):
         ratio = rest.pop() * scale % p
         start = len(rest) + 1 - len(divisor)
@@ -147,6 +149,7 @@ def _on_line(form: Form, place: Place, other: Place, node: Node) -> list[Any]:
 def _interpolated(values: list[Any], p: int) -> list[Any]:
     """The polynomial with these values at 0, 1, 2, … (Newton's divided differences)."""
     table = list(values)
+    spend(4 * len(table) ** 2)
     for step in range(1, len(table)):
         scale = pow(step, -1, p)
         for i in range(len(table) - 1, step - 1, -1):

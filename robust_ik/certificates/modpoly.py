@@ -6,6 +6,8 @@ import random
 from collections.abc import Sequence
 from typing import Any
 
+from robust_ik.certificates.steps import spend
+
 WITNESSES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 
 
@@ -38,6 +40,7 @@ def random_prime(rng: random.Random) -> int:
 
 def fraction(text: str, prime: int) -> int:
     """A fraction as text modulo a prime."""
+    spend(5 + (len(text) / 40) ** 2)
     above, _, below = text.partition("/")
     return (int(above) * inverse(int(below), prime) if below else int(above)) % prime
 
@@ -53,6 +56,7 @@ def determinant(matrix: Sequence[Sequence[Any]], prime: int) -> Any:
     """By expansion over sets of columns: without division, so in any ring."""
     minors: dict[int, Any] = {0: 1}
     size = len(matrix)
+    spend(10 * size * 2**size)
     for row in matrix:
         grown: dict[int, Any] = {}
         for used, value in minors.items():
@@ -64,6 +68,24 @@ def determinant(matrix: Sequence[Sequence[Any]], prime: int) -> Any:
                     grown[used | bit] = grown[used | bit] + term if used | bit in grown else term
         minors = {used: value % prime for used, value in grown.items()}
     return minors[(1 << size) - 1]
+
+
+def determinant_of_numbers(matrix: Sequence[Sequence[int]], prime: int) -> int:
+    """The determinant of a square matrix of integers modulo a prime, by elimination."""
+    rows, result = [[value % prime for value in row] for row in matrix], 1
+    spend(len(rows) ** 3)
+    for column in range(len(rows)):
+        place = next((i for i in range(column, len(rows)) if rows[i][column]), None)
+        if place is None:
+            return 0
+        if place != column:
+            rows[column], rows[place], result = rows[place], rows[column], -result
+        result = result * rows[column][column] % prime
+        scale = inverse(rows[column][column], prime)
+        for i in range(column + 1, len(rows)):
+            ratio = rows[i][column] * scale % prime
+            rows[i] = [(a - ratio * b) % prime for a, b in zip(rows[i], rows[column], strict=True)]
+    return result % prime
 
 
 def rank(matrix: Sequence[Sequence[int]], prime: int) -> int:
@@ -92,6 +114,7 @@ def trimmed(f: Sequence[int], prime: int) -> list[int]:
 
 def times(f: list[int], g: list[int]) -> list[int]:
     """The product of two polynomials, not reduced."""
+    spend(len(f) * len(g))
     product = [0] * (len(f) + len(g) - 1)
     for i, a in enumerate(f):
         for j, b in enumerate(g):
@@ -109,6 +132,7 @@ def minus(f: list[int], g: list[int], prime: int) -> list[int]:
 def divide(f: list[int], g: list[int], prime: int) -> tuple[list[int], list[int]]:
     """Quotient and remainder; g without zeros at the end."""
     f, scale, quotient = trimmed(f, prime), inverse(g[-1], prime), [0] * max(1, len(f) - len(g) + 1)
+    spend(2 * len(f) * max(1, len(f) - len(g) + 1))
     while len(f) >= len(g):
         shift, ratio = len(f) - len(g), f[-1] * scale % prime
         quotient[shift] = ratio

@@ -7,7 +7,17 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from robust_ik.certificates.cases import Coefficients
-from robust_ik.certificates.modpoly import UnluckyError, determinant, divide, fraction, inverse, minus, times, trimmed
+from robust_ik.certificates.modpoly import (
+    UnluckyError,
+    determinant_of_numbers,
+    divide,
+    fraction,
+    inverse,
+    minus,
+    times,
+    trimmed,
+)
+from robust_ik.certificates.steps import spend
 
 
 class Element:
@@ -38,6 +48,7 @@ class Element:
     def __mul__(self, other: Any) -> Element:
         if isinstance(other, int):
             return Element(self.ring, [a * other % self.ring.prime for a in self.values])
+        spend(3 * len(self.values) ** 2)
         product = [0] * (2 * len(self.values) - 1)
         for i, a in enumerate(self.values):
             for j, b in enumerate(other.values):
@@ -76,6 +87,7 @@ class Ring:
         values = [fraction(value, self.prime) for value in self.modulus]
         scale = inverse(values[-1], self.prime)
         self.monic = [value * scale % self.prime for value in values]
+        spend(100)
 
     @property
     def degree(self) -> int:
@@ -110,7 +122,7 @@ class Ring:
         if self.degree == 1:
             return int(value) % self.prime
         matrix = self._powers(value if isinstance(value, Element) else self.element([value]))
-        return int(determinant(matrix, self.prime))
+        return determinant_of_numbers(matrix, self.prime)
 
     def inverse(self, value: Any) -> Any:
         """1/value, where the value has no common root with m."""

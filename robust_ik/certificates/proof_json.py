@@ -17,6 +17,7 @@ from robust_ik.certificates.json_values import (
     an_object,
     coefficients,
     pairs,
+    read_json,
 )
 from robust_ik.certificates.proof import Arm, Proof
 from robust_ik.rows import ROWS
@@ -61,7 +62,7 @@ def from_json(text: str) -> Proof:
     if len(text) > MAX_LENGTH:
         raise CertificateError(f"a certificate of {len(text)} characters; more than {MAX_LENGTH} are refused")
     try:
-        data = json.loads(text)
+        data = read_json(text)
     except (ValueError, RecursionError) as error:
         raise CertificateError(f"no JSON: {str(error)[:200]}") from error
     data = an_object(

@@ -13,6 +13,7 @@ from robust_ik.certificates.cases import Form
 from robust_ik.certificates.modpoly import UnluckyError, fraction
 from robust_ik.certificates.modular import Ring
 from robust_ik.certificates.proof import Arm
+from robust_ik.certificates.steps import spend
 
 ROW_NAMES = ("x", "y", "z", "wx", "wy", "wz")
 
@@ -50,6 +51,7 @@ class Replay:
 
         The frames are found from the base outwards, then seen from the link.
         """
+        spend(500 * len(self.arm.links))
         p, frames = self.ring.prime, self._frames(point)
         origin, turned = ([0, 0, 0], [[1, 0, 0], [0, 1, 0], [0, 0, 1]]) if not self.link else frames[self.link - 1]
         whole = len(self.arm.rows) == len(ROW_NAMES)
@@ -108,6 +110,7 @@ def random_point(joint: int, arm: Arm, rng: random.Random, prime: int) -> tuple[
 def evaluate(form: Form, point: Point, ring: Ring) -> Any:
     """A form's value at a point."""
     p = ring.prime
+    spend(10 * sum(form.degrees) + 3 * len(form.terms) * (1 + len(form.joints)))
     tables = [_monomials(*point[joint], degree, p) for joint, degree in zip(form.joints, form.degrees, strict=True)]
     total: Any = 0
     for powers, coefficient in form.terms:
@@ -123,6 +126,7 @@ def collect(form: Form, joint: int, point: Point, ring: Ring) -> list[Any]:
     degree = dict(zip(form.joints, form.degrees)).get(joint, 0)
     result: list[Any] = [0] * (degree + 1)
     one: Point = {**point, joint: (1, 1)}
+    spend((degree + 1) * 5 * len(form.terms) * (1 + len(form.joints)))
     for power in range(degree + 1):
         terms = tuple(term for term in form.terms if dict(zip(form.joints, term[0])).get(joint, 0) == power)
         if terms:

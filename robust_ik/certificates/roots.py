@@ -6,6 +6,8 @@ import math
 from fractions import Fraction
 from itertools import pairwise
 
+from robust_ik.certificates.steps import spend
+
 Poly = list[Fraction]
 
 
@@ -19,23 +21,47 @@ def _trimmed(f: Poly) -> Poly:
     return f
 
 
-def _remainder(f: Poly, g: Poly) -> Poly:
-    while len(f) >= len(g):
-        quotient, shift = f[-1] / g[-1], len(f) - len(g)
-        f = _trimmed([a - quotient * g[i - shift] if i >= shift else a for i, a in enumerate(f[:-1])])
+def _chain(f: Poly) -> list[list[int]]:
+    """Sturm's sequence f, f′, −rem, …, each times a positive number: by subresultants, so that numbers stay whole.
+
+    Source: Brown and Traub, On Euclid's algorithm and the theory of subresultants, 1971.
+    """
+    whole = _whole(f)
+    _spend(whole)
+    chain = [whole, [i * a for i, a in enumerate(whole)][1:]]
+    size, steps = 1, [1]
+    while chain[-1]:
+        before, last = chain[-2:]
+        steps.append(len(before) - len(last))
+        factor = 1
+        if len(chain) > 2:
+            head = abs(before[-1])
+            size = head ** steps[-2] // size ** (steps[-2] - 1)
+            factor = head * size ** steps[-1]
+        chain.append([-a // factor for a in _remainder(before, last)])
+    return chain[:-1]
+
+
+def _remainder(f: list[int], g: list[int]) -> list[int]:
+    """The remainder of f by g, times |head of g| to the power of the number of steps."""
+    head, sign = abs(g[-1]), 1 if g[-1] > 0 else -1
+    for shift in range(len(f) - len(g), -1, -1):
+        quotient = sign * f[-1]
+        f = [head * a - (quotient * g[i - shift] if i >= shift else 0) for i, a in enumerate(f[:-1])]
+    while f and f[-1] == 0:
+        f = f[:-1]
     return f
 
 
-def _chain(f: Poly) -> list[list[int]]:
-    """Sturm's sequence f, f′, −rem, ..., each times a positive number that makes it whole."""
-    chain = [f, _trimmed([i * a for i, a in enumerate(f)][1:])]
-    while chain[-1]:
-        chain.append([-a for a in _remainder(chain[-2], chain[-1])])
-    return [_whole(each) for each in chain[:-1]]
+def _spend(f: list[int]) -> None:
+    """Steps that the sequence takes: numbers grow to the degree times their length."""
+    degree, bits = len(f), max(a.bit_length() for a in f)
+    spend(degree**2 * (10 + (degree * bits / 60) ** 1.6))
 
 
 def _whole(f: Poly) -> list[int]:
     scale = math.lcm(*(a.denominator for a in f))
+    spend(scale.bit_length() / 10)
     return [a.numerator * (scale // a.denominator) for a in f]
 
 

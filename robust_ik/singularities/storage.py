@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from robust_ik.certificates import Certificate, CertificateError, Proof
+from robust_ik.certificates.json_values import read_json
 from robust_ik.checks import Array
 from robust_ik.errors import LoadError, RobustIKError
 from robust_ik.files import read_file
@@ -48,7 +49,7 @@ def load(path: str | Path) -> SingularityAtlas:
     """
     full, content = read_file(path, LARGEST_FILE)
     try:
-        data = json.loads(content.decode("utf-8"))
+        data = read_json(content.decode("utf-8"))
     except (ValueError, RecursionError) as error:
         raise LoadError(f"{full} is a broken atlas: {error}") from error
     if not isinstance(data, dict) or data.get("format") != FORMAT:
@@ -69,7 +70,7 @@ def certificate_in(path: Path, content: bytes) -> Certificate:
     """
     text = content.decode("utf-8", errors="replace")
     try:
-        data = json.loads(text)
+        data = read_json(text)
     except (ValueError, RecursionError) as error:
         raise CertificateError(f"{path}: no JSON: {str(error)[:200]}") from error
     if isinstance(data, dict) and data.get("format") == FORMAT:
