@@ -46,7 +46,9 @@ def joints_to_keep(description: Description, tip: str | None) -> set[str]:
     keep = {joint.name for joint in moving} | {description.driver[joint.name].source for joint in moving}
     for name in (*(joint.name for joint in joints), *keep):
         if problem := description.joint[name].problem:
-            needs = "" if tip is None else f" (the tip {tip!r} depends on it)"
+            before = description.joint[name].parent
+            other = f"; a tip that it does not move is {before!r}" if description.moving_joints(before) else ""
+            needs = "" if tip is None else f" (the tip {tip!r} depends on it{other})"
             raise UrdfError(f"{description.source}: {named('joint', name)} {problem}{needs}")
     return keep
 

@@ -26,8 +26,9 @@ from robust_ik.notes import Notes, named
 from robust_ik.urdf_checks import check_tree, safe_tree
 from robust_ik.urdf_joints import mend_joints
 from robust_ik.urdf_numbers import shown
+from robust_ik.urdf_rotations import write_rotations
 from robust_ik.urdf_shapes import collisions, mend_shapes, visuals
-from robust_ik.urdf_xacro import check_expanded
+from robust_ik.urdf_xacro import HOW, check_expanded
 from robust_ik.xacro_files import SUFFIX, checked_arguments, expand
 
 MAX_BYTES = 50_000_000
@@ -89,8 +90,9 @@ def parse_urdf(
     notes = Notes()
     try:
         root = safe_tree(xml, notes=notes)
-        check_expanded(root, notes)
-        check_tree(root)
+        left = check_expanded(root, notes)
+        write_rotations(root, notes)
+        _check_whole(root, left)
         problems = mend_joints(root, notes)
         mend_shapes(root, notes)
         robot = _parse(root)
@@ -110,6 +112,20 @@ def parse_urdf(
         notes=notes.sentences(),
         collisions=solid,
     )
+
+
+def _check_whole(root: Any, left: bool) -> None:
+    """Checks the tree; if it is none, and xacro was left in it, that is why.
+
+    Raises:
+        UrdfError: It is no tree.
+    """
+    try:
+        check_tree(root)
+    except UrdfError as error:
+        if left:
+            raise UrdfError(f"it is xacro that was not expanded: {error}; {HOW}") from error
+        raise
 
 
 def fix_joints(xml: str, keep: set[str]) -> str:

@@ -115,7 +115,6 @@ def _drop_default_namespaces(root: Any) -> bool:
 def check_tree(root: Any) -> None:
     """Refuses names, references and origins with which the links and joints are no tree in space."""
     _tidy_blanks(root)
-    root.attrib.pop("version", None)  # of the format, which yourdfpy and Pinocchio's reader may not know
     if not root.get("name"):
         root.set("name", "robot")
     links = [_named(link) for link in root.findall("link")]

@@ -22,8 +22,11 @@ _HARMLESS = ("property", "arg", "macro", "include")
 _SHAPES = ("visual", "collision", "inertial")
 
 
-def check_expanded(root: Any, notes: Notes) -> None:
+def check_expanded(root: Any, notes: Notes) -> bool:
     """Refuses xacro that would still change links and joints; notes and drops what is left of it.
+
+    Returns:
+        Whether something was left.
 
     Raises:
         UrdfError: The file is unexpanded xacro.
@@ -34,17 +37,25 @@ def check_expanded(root: Any, notes: Notes) -> None:
                 raise UrdfError(
                     f"it is xacro that was not expanded: line {element.sourceline} has {attribute}={shown(text)}; {HOW}"
                 )
+    left = False
     for parent in (root, *root.findall("link"), *root.findall("joint")):
-        for element in [each for each in parent if etree.QName(each).namespace and each.prefix == "xacro"]:
+        for element in [each for each in parent if etree.QName(each).namespace and _is_xacro(each)]:
             name = etree.QName(element).localname[:60]
             if _would_add(element, parent):
                 raise UrdfError(
                     f"it is xacro that was not expanded: line {element.sourceline} has <xacro:{name}>; {HOW}"
                 )
             parent.remove(element)
+            left = True
             notes.add(
                 "left over from xacro, and passed over: expand the file if that is still to be done", f"<xacro:{name}>"
             )
+
+    return left
+
+
+def _is_xacro(element: Any) -> bool:
+    return element.prefix == "xacro" or "xacro" in str(etree.QName(element).namespace)
 
 
 def _would_add(element: Any, parent: Any) -> bool:

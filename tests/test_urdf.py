@@ -5,6 +5,7 @@ import re
 from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from numpy.testing import assert_allclose
 
@@ -691,7 +692,7 @@ def test_a_joint_that_cannot_move_is_an_error_only_for_what_it_moves(defect):
     assert robot.joint_names == ("j1", "j2")
     assert any(note.startswith("joint 'f': ") and defect in note for note in description.notes)
     assert robot.pose(robot.neutral, "d").shape == (4, 4)
-    with pytest.raises(rik.UrdfError, match=f"joint 'f'.*{defect}.*the tip 'd' depends on it"):
+    with pytest.raises(rik.UrdfError, match=f"joint 'f'.*{defect}.*the tip 'd' depends on it; .*not move is 'b'"):
         rik.Robot.from_description(description, "d")
     with pytest.raises(rik.UrdfError, match=f"joint 'f'.*{defect}"):
         rik.Robot.from_description(description, whole_tree=True)
@@ -722,6 +723,34 @@ def test_many_notes_of_a_kind_are_one_sentence_with_a_count():
     assert len(note) < 400
 
 
+def test_rotations_of_urdf_1_1_are_read_as_pinocchio_reads_them(rng):
+    straight_up = [[0, -np.sqrt(0.5), 0, np.sqrt(0.5)], [0.5, 0.5, 0.5, -0.5], [0.5, -0.5, 0.5, 0.5], [0, 0, 1, 0]]
+    for quaternion in [*straight_up, *rng.normal(size=(20, 4))]:
+        words = " ".join(map(repr, map(float, quaternion)))
+        text = PLAIN.replace('xyz="1 0 0"', f'xyz="1 0 0" quat_xyzw="{words}"').replace(
+            "<robot", '<robot version="1.1"'
+        )
+        robot, model = rik.Robot.from_description(parse_urdf(text)), pin.buildModelFromXML(text)
+        data, q = model.createData(), robot.random(rng)
+        pin.framesForwardKinematics(model, data, q)
+        expected = data.oMf[model.getFrameId("c", pin.FrameType.BODY)].homogeneous
+        assert_allclose(robot.pose(q), expected, atol=1e-12)
+        assert robot.notes == ()
+
+
+def test_quaternions_of_older_files_are_passed_over_with_a_note_and_bad_ones_are_refused():
+    text = PLAIN.replace('xyz="1 0 0"', 'xyz="1 0 0" quat_xyzw="0 0 1 0"')
+    description = parse_urdf(text)
+    assert "quat_xyzw" in description.notes[0]
+    plain = rik.Robot.from_description(parse_urdf(PLAIN))
+    assert_allclose(rik.Robot.from_description(description).pose([0, 0]), plain.pose([0, 0]))
+    for wrong in ('quat_xyzw="0 0 0 0"', 'quat_xyzw="0 0 1"', 'quat_xyzw="0 0 0 1" rpy="0 0 0"'):
+        bad = text.replace('quat_xyzw="0 0 1 0"', wrong).replace("<robot", '<robot version="1.1"')
+        with pytest.raises(rik.UrdfError, match="quat_xyzw=.* must hold 4 finite numbers.*joint 'j1'"):
+            parse_urdf(bad)
+    assert "version '2.0' is not known" in parse_urdf(PLAIN.replace("<robot", '<robot version="2.0"')).notes[0]
+
+
 # ------------------------------------------------------------------------------------------------------- xacro
 @pytest.mark.parametrize(
     "old, new",
@@ -737,6 +766,22 @@ def test_many_notes_of_a_kind_are_one_sentence_with_a_count():
 def test_xacro_that_was_not_expanded_is_named_as_such(old, new):
     text = PLAIN.replace("<robot", "<robot xmlns:xacro='http://www.ros.org/wiki/xacro'").replace(old, new, 1)
     with pytest.raises(rik.UrdfError, match=r"xacro that was not expanded: line 1 .*robust-ik\[xacro\]"):
+        parse_urdf(text)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "<robot name='r' xmlns:xacro='http://x'><xacro:macro name='m'><link name='a'/></xacro:macro></robot>",
+        "<robot name='r' xmlns:x='http://www.ros.org/wiki/xacro'><x:arm/></robot>",
+        PLAIN.replace("<robot", "<robot xmlns:xacro='http://x'")
+        .replace('<link name="a"/>', "")
+        .replace("</robot>", "<xacro:include filename='a.xacro'/></robot>"),
+    ],
+    ids=["library", "other prefix", "links in an include"],
+)
+def test_xacro_whose_links_are_elsewhere_is_named_as_such(text):
+    with pytest.raises(rik.UrdfError, match=r"xacro that was not expanded: .*robust-ik\[xacro\]"):
         parse_urdf(text)
 
 

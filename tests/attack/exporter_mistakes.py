@@ -257,7 +257,7 @@ def add_junk(text: str, chance: random.Random) -> str:
 def add_attribute(text: str, chance: random.Random) -> str:
     """An attribute that URDF does not have."""
     more = chance.choice(
-        [" drake:a='1'", " a='&'", " quat_xyzw='0 0 0 1'", " version='1.0'", " xmlns='http://x'", " a=''"]
+        [" drake:a='1'", " a='&'", " quat_xyzw='0 1 0 1'", " version='1.1'", " xmlns='http://x'", " a=''"]
     )
     tags = list(_TAG.finditer(text))
     if not tags:
