@@ -15,16 +15,24 @@ from numpy.typing import ArrayLike, NDArray
 from robust_ik.checks import Array, as_array
 from robust_ik.errors import InputError
 
-RANK_TOLERANCE = 64 * float(np.finfo(float).eps)
-"""A singular value below this fraction of the largest one counts as zero, unless a threshold is given."""
+RANK_TOLERANCE = 1e-12
+"""A singular value of at most this fraction of σ₁ counts as zero: the one definition of rank.
 
+Entries of J carry rounding of some 1e-15 of the largest one, and what higher levels leave of a lower level's J carries
+that times the condition of the levels above: up to here no σ can be told from zero, and its vectors are arbitrary. So
+no part of a step takes for null space what another one inverts. What is left of J beside other tasks is measured
+against σ₁ of the whole J. Filters get every σ as it is: φ fades to 0 there, or its card says where it jumps.
+"""
 
 SMALLEST_SIGMA = 1e-290
 """Singular values below this are taken as zero, so that 1/σ cannot overflow."""
 
 
 DEPENDENT = 1e-6
-"""Unit rows whose part that is new to the rows before is shorter than this count as dependent on them."""
+"""Unit rows whose part that is new to the rows before is shorter than this count as dependent on them.
+
+No rank, but how much may be paid: to hold both at their values could take a motion of 1/DEPENDENT times these values.
+"""
 
 
 LARGEST_COMPILED = 16
@@ -60,6 +68,9 @@ class ThinSVD:
 
 def svd(J: ArrayLike) -> ThinSVD:
     """The thin singular value decomposition of J.
+
+    Every σ is as exact as its rows or columns allow, and at worst as exact as rounding of σ₁; one below SMALLEST_SIGMA,
+    or below about 1e-290 σ₁, is 0. So σ₁ > 0 where an entry is over SMALLEST_SIGMA, and nothing is ever NaN.
 
     Args:
         J: Matrix, (..., m, n).

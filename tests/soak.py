@@ -57,14 +57,19 @@ def soak(robots, steps, seed):
 def one_run(robot, rng):
     """Statuses of a run; what broke a promise is in the message."""
     limits, near = random_limits(robot, rng), random_collisions(robot, rng)
-    strongest_first = [limits] if near is None else [limits, near] if rng.random() < 0.5 else [near, limits]
     resolver = RESOLVERS[rng.integers(len(RESOLVERS))]
-    dt = float(rng.choice([1e-3, 1e-2, 0.1]))
     q, stack = random_start(robot, limits, rng), random_stack(robot, rng)
+    yield from kept_run(robot, rng, limits, near, resolver, q, stack, RUN)
+
+
+def kept_run(robot, rng, limits, near, resolver, q, stack, steps):
+    """Statuses of a run of so many steps from q, every promise checked."""
+    strongest_first = [limits] if near is None else [limits, near] if rng.random() < 0.5 else [near, limits]
+    dt = float(rng.choice([1e-3, 1e-2, 0.1]))
     controller = rik.VelocityController(robot, resolver, strongest_first)
     if rng.random() < 0.3:  # in motion, perhaps too fast to stop
         controller.reset(rng.normal(size=robot.n) * rng.choice([0.1, 1.0, 5.0]))
-    for _ in range(RUN):
+    for _ in range(steps):
         before = controller.qdot
         step = controller.step(q, stack, dt)
         where = f"{robot.name}, {resolver}, q={q!r}"

@@ -128,3 +128,22 @@ def test_left_vectors_are_orthonormal_however_small_rows_become(rng):
     J[:20] = np.round(J[:20])
     found = linalg.svd(J)
     assert_allclose(np.swapaxes(found.U, -1, -2) @ found.U, np.broadcast_to(np.eye(8), (60, 8, 8)), atol=1e-13)
+
+
+def test_entries_whose_products_underflow_leave_the_others_as_they_are(rng):
+    """One entry of 1, the rest from 1e-300 up: σ are right beside σ₁, and factors orthogonal."""
+    for exponent in (-100, -145, -155, -165, -200, -300):
+        J = 10.0**exponent * rng.choice([1.0, -1.0, 0.3], (300, 3, 3))
+        J[np.arange(300), rng.integers(3, size=300), rng.integers(3, size=300)] = 1.0
+        found = linalg.svd(J)
+        assert_allclose(found.s, np.linalg.svd(J, compute_uv=False), atol=1e-14)
+        assert_allclose((found.U * found.s[:, None]) @ found.Vt, J, atol=1e-14)
+        for factor in (found.U, found.Vt):
+            assert_allclose(factor @ np.swapaxes(factor, -1, -2), np.broadcast_to(np.eye(3), J.shape), atol=1e-12)
+
+
+def test_a_matrix_that_is_not_zero_has_a_singular_value(rng):
+    for size in (1e-280, 1e-150, 1.0, 1e150):
+        J = size * rng.choice([0.0, 1.0, 1e-8, -1e-120, 1e-155, 1e-290], (400, 4, 6))
+        J[:, 0, 0] = size
+        assert (linalg.svd(J).s[:, 0] >= 0.99 * size).all()

@@ -13,7 +13,7 @@ from robust_ik.checks import Array, as_array, check_leading_axes, checked_parame
 from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card, RobustInverse
 from robust_ik.inverses.weighted import check_linear_rows, leading_rows
-from robust_ik.linalg import svd
+from robust_ik.linalg import RANK_TOLERANCE, svd
 
 Clamp = Literal["hard", "smooth"]
 
@@ -31,9 +31,9 @@ class SDLS(RobustInverse):
     error is not read again. The cap on far targets, the paper's D_max, is `FrameTask.max_linear`.
 
     Watch for: not linear in ẋ. Where σᵢ → 0 because a single joint loses all effect, γᵢ stays: its speed jumps from
-    −γ_max to γ_max. Where singular values coincide and a clamp acts, the result depends on the basis that the
-    decomposition happens to choose. γ_max limits prismatic joints too, in m. The angular block is our addition:
-    the paper moves points only.
+    −γ_max to γ_max; from σᵢ ≤ RANK_TOLERANCE σ₁ on, σᵢ is zero, and a joint that moves nothing is not moved. Where
+    singular values coincide and a clamp acts, the result depends on the basis that the decomposition happens to choose.
+    γ_max limits prismatic joints too, in m. The angular block is our addition: the paper moves points only.
 
     Attributes:
         max_angle: γ_max > 0, rad.
@@ -74,13 +74,17 @@ class SDLS(RobustInverse):
         scale = np.repeat([1.0, self.length_scale], [linear, J.shape[-2] - linear])
         J = scale[:, None] * J
         decomposition = svd(J)
-        limits = self._limits(J, decomposition.U, decomposition.s, decomposition.Vt, linear)
+        # A σ that is rounding has any v: with γ of a joint that moves nothing, it would turn that joint at γ_max.
+        s = np.where(decomposition.s > RANK_TOLERANCE * decomposition.s[..., :1], decomposition.s, 0.0)
+        limits = self._limits(J, decomposition.U, s, decomposition.Vt, linear)
         wanted = np.einsum("...mi,...m->...i", decomposition.U, scale * xdot)
-        steps = self._clamped_directions(wanted, decomposition.s, decomposition.Vt, limits)
+        steps = self._clamped_directions(wanted, s, decomposition.Vt, limits)
         return self._clamped_sum(np.einsum("...i,...ij->...j", steps, decomposition.Vt))
 
     def _limits(self, J: Array, U: Array, s: Array, Vt: Array, linear: int) -> Array:
         """γᵢ, (..., k)."""
+        unit = np.where(s[..., :1] > 0, s[..., :1], 1.0)  # ratios only count: no square overflows or underflows
+        J, s = J / unit[..., None], s / unit
         wanted, moved = np.zeros_like(s), np.zeros_like(s)
         for block in (slice(0, linear), slice(linear, None)):
             wanted += np.linalg.norm(U[..., block, :], axis=-2)

@@ -18,7 +18,8 @@ TINY = 1e-280
 SKEW = 1e-12
 """Cosine from which on two unit rows are not orthogonal."""
 SMALLEST = 1e-290
-"""Singular values below this are zero, so that 1/σ cannot overflow."""
+"""Singular values below this, or below this fraction of about σ₁, are zero: 1/σ cannot overflow, no vector is of digits
+that denormal numbers have lost."""
 TOGETHER = 3
 """From so many matrices on they are decomposed side by side."""
 
@@ -132,7 +133,8 @@ def decompose_some(
     for lane in range(count):
         e = begin + lane
         for i in range(k):
-            sigma[i] = length(A, i, lane, squares[i * L + lane], width, L)
+            size = length(A, i, lane, squares[i * L + lane], width, L)
+            sigma[i] = size if size >= SMALLEST else 0.0
         known = sort(sigma, order, k)
         for place in range(k):
             value = sigma[int(order[place])] * factors[lane]

@@ -17,6 +17,9 @@ from robust_ik.kernels.stack import ONE, Pointer, Sizes, by_eights, stack
 UNEVEN = 30.0
 """Ratio of the largest entries of two columns from which on they count as scaled."""
 
+SMALL = 1e-200
+"""Squared length below which what is left of a matrix is enlarged, since products of its entries may underflow."""
+
 
 @called
 def uneven(J: Array, e: int, along_columns: bool) -> bool:
@@ -38,14 +41,12 @@ def triangulate(A: Pointer, C: Pointer, k: int, n: int, width: Sizes, carried: S
     P, v, free = len(width), stack(0.0, ONE, width), stack(0.0, ONE, width)
     for c in range(n):
         free[c] = 1.0
+    grown = 1.0
     for i in range(k - 1):
-        best, most = -1, 0.0
-        for c in range(n):
-            total = 0.0
-            for r in range(i, k):
-                total += A[r * P + c] * A[r * P + c]
-            if free[c] > 0.0 and total > most:
-                best, most = c, total
+        best, most = longest(A, free, grown, i, k, n, width)
+        if most < SMALL:
+            grown = enlargement(A, free, i, k, n, width)
+            best, most = longest(A, free, grown, i, k, n, width)
         if best < 0:
             return
         free[best] = 0.0
@@ -57,14 +58,38 @@ def triangulate(A: Pointer, C: Pointer, k: int, n: int, width: Sizes, carried: S
         swap(C, i, top, carried)
         pivot, square = A[i * P + best], 0.0
         for r in range(i, k):
-            v[r] = A[r * P + best]
-        v[i] = pivot + math.copysign(math.sqrt(most), pivot)
+            v[r] = A[r * P + best] * grown
+        v[i] += math.copysign(math.sqrt(most), pivot)
         for r in range(i, k):
             square += v[r] * v[r]
         reflect(A, v, 2.0 / square, i, k, width)
         reflect(C, v, 2.0 / square, i, k, carried)
         for r in range(i + 1, k):
             A[r * P + best] = 0.0
+
+
+@inlined
+def longest(A: Pointer, free: Pointer, grown: float, i: int, k: int, n: int, width: Sizes) -> tuple[int, float]:
+    """The free column with the longest rest from row i on, −1 if all are zero; its squared length times `grown`²."""
+    P, best, most = len(width), -1, 0.0
+    for c in range(n):
+        total = 0.0
+        for r in range(i, k):
+            entry = A[r * P + c] * grown
+            total += entry * entry
+        if free[c] > 0.0 and total > most:
+            best, most = c, total
+    return best, most
+
+
+@called
+def enlargement(A: Pointer, free: Pointer, i: int, k: int, n: int, width: Sizes) -> float:
+    """The power of two by which the free columns' largest entry from row i on is about 1: squares would underflow."""
+    P, largest = len(width), 0.0
+    for c in range(n):
+        for r in range(i, k):
+            largest = max(largest, abs(A[r * P + c]) * free[c])
+    return math.ldexp(1.0, -max(math.frexp(largest)[1], -1000)) if largest > 0.0 else 1.0
 
 
 @inlined

@@ -7,10 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robust_ik.checks import Array
-from robust_ik.linalg import full_svd, singular_values
-
-REDUNDANT = 1e-12
-"""Singular values of J Z below this fraction of ‖J‖ are rows that higher levels already fix, but for rounding."""
+from robust_ik.linalg import RANK_TOLERANCE, full_svd, singular_values
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,11 +16,13 @@ class Reduced:
 
     Attributes:
         U: Task directions, (m, k) with k = min(m, d).
-        s: Singular values, (k,), descending; those of rows that higher levels already fix are zero.
+        s: Singular values, (k,), descending; those of rows that higher levels already fix are zero. Of the first level
+            they are as found: by what is left of σ at a singularity, a filter leaves it.
         Vt: Joint directions as rows, (k, n), orthonormal.
         own: All singular values of J itself, descending.
         below: The basis of what the level leaves to lower ones, (n, d').
         idle: The basis of what moves the level nowhere, (n, d − rank), within `below`.
+        rank: Number of singular values over RANK_TOLERANCE · σ₁ of J itself.
     """
 
     U: Array
@@ -32,16 +31,12 @@ class Reduced:
     own: Array
     below: Array
     idle: Array
+    rank: int
 
     @property
     def matrix(self) -> Array:
         """J Z Zᵀ, (m, n)."""
         return (self.U * self.s) @ self.Vt
-
-    @property
-    def rank(self) -> int:
-        """Number of singular values that are not zero."""
-        return int(np.count_nonzero(self.s))
 
     @property
     def motions(self) -> Array:
@@ -94,15 +89,14 @@ class Freedom:
         n, d = self.basis.shape
         if d == 0:
             nothing = np.zeros((len(J), 0)), np.zeros(0), np.zeros((0, n))
-            return Reduced(*nothing, singular_values(J), self.basis, self.basis)
+            return Reduced(*nothing, singular_values(J), self.basis, self.basis, 0)
         found = full_svd(J if d == n else J @ self.basis)
         own = found.s if d == n else singular_values(J)
-        # In the whole freedom the smallest σ is no rounding: a filter leaves a singularity by it.
-        s = found.s if d == n else np.where(found.s > REDUNDANT * own[0], found.s, 0.0)
-        closed = int(np.count_nonzero(s > max(release, REDUNDANT) * own[0]))
+        rank = int(np.count_nonzero(found.s > RANK_TOLERANCE * own[0]))
+        closed = int(np.count_nonzero(found.s > max(release, RANK_TOLERANCE) * own[0]))
+        s = found.s if d == n else np.where(np.arange(len(found.s)) < rank, found.s, 0.0)
         directions = found.Vt if d == n else found.Vt @ self.basis.T
-        rank = int(np.count_nonzero(s))
-        return Reduced(found.U, s, directions[: len(s)], own, directions[closed:].T, directions[rank:].T)
+        return Reduced(found.U, s, directions[: len(s)], own, directions[closed:].T, directions[rank:].T, rank)
 
     def project(self, qdot: Array) -> Array:
         """The part of a joint motion that lies in it."""
