@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from robust_ik.bounds import Bounds
+from robust_ik.bounds import CONTRADICTION, Bounds
 from robust_ik.checks import Array, as_array, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.inverses import RobustInverse
@@ -15,8 +17,14 @@ from robust_ik.limits import JointLimits, Limit
 from robust_ik.problem import TaskEquation, VelocityProblem, stacked
 from robust_ik.resolution import Resolution
 from robust_ik.resolvers import Resolver, TaskPriority
+from robust_ik.resolvers.verdict import reductions, verdict
 from robust_ik.robot import Robot
 from robust_ik.tasks import Stack, Task, checked_stack
+
+ATTEMPTS = 4
+"""How often a step is resolved until limits hold at its end."""
+SHARES = (0.5, 0.25, 0.1, 0.03, 0.01, 0.0)
+"""How much of its speed is left to a step that no resolving makes keep its limits."""
 
 
 class VelocityController:
@@ -54,6 +62,7 @@ class VelocityController:
         self.robot = robot
         self.resolver = as_resolver(resolver)
         self.limits = _checked_limits(robot, limits)
+        self._watching = [limit for limit in self.limits if type(limit).tightened is not Limit.tightened]
         self.reset()
 
     def reset(self, qdot: ArrayLike | None = None) -> None:
@@ -90,9 +99,47 @@ class VelocityController:
         dt = checked_parameter("dt", dt, above=0)
         if self._driver is None:
             self._driver = self.resolver.begin(dt)
-        resolution = self._driver.resolve(self._problem(q, checked_stack(stack), dt))
+        resolution = self._resolved(q, self._problem(q, checked_stack(stack), dt), dt)
         self.qdot = resolution.qdot
         return resolution
+
+    def _resolved(self, q: Array, problem: VelocityProblem, dt: float) -> Resolution:
+        """The resolution; where the step in full would break a limit, one that does not."""
+        begun = self._driver or self.resolver
+        remembers = begun is not self.resolver  # what is tried and dropped must not be remembered
+        tried, found = problem, None
+        for _ in range(ATTEMPTS):
+            self._driver = copy.deepcopy(begun) if remembers and self._watching else begun
+            latest = self._driver.resolve(tried)
+            if found is not None and len(latest.contradictions) > len(found.contradictions):
+                break  # no more can be asked for
+            found = latest
+            tighter = self._tightened(q, found.qdot, dt, tried.bounds)
+            if tighter is None:
+                return found
+            tried = replace(problem, bounds=tighter)
+        return self._slowed(q, problem, found or latest, dt)
+
+    def _tightened(self, q: Array, qdot: Array, dt: float, bounds: Bounds) -> Bounds | None:
+        """What a limit asks for more, if one does."""
+        for limit in self._watching:
+            tighter = limit.tightened(self.robot, q, qdot, dt, bounds)
+            if tighter is not None:
+                return tighter
+        return None
+
+    def _slowed(self, q: Array, problem: VelocityProblem, found: Resolution, dt: float) -> Resolution:
+        """The fastest part of the motion that keeps all limits; if there is none, the motion, and what it breaks."""
+        bounds = problem.bounds
+        broken = np.zeros(len(bounds.floor), dtype=bool)
+        for share in SHARES:
+            qdot = np.clip(share * found.qdot, bounds.lower, bounds.upper)
+            tighter = self._tightened(q, qdot, dt, bounds)
+            if tighter is None:
+                missed = bounds.rows @ qdot < bounds.floor - CONTRADICTION
+                return _verdict(problem, qdot, share * found.scale, found, missed)
+            broken = tighter.floor > bounds.floor
+        return _verdict(problem, found.qdot, found.scale, found, broken)
 
     def _problem(self, q: Array, stack: Stack, dt: float) -> VelocityProblem:
         hessian = self.resolver.needs_hessian
@@ -104,6 +151,15 @@ class VelocityController:
         for limit in reversed(self.limits):
             bounds = bounds.within(limit.bounds(self.robot, q, self.qdot, dt))
         return VelocityProblem(levels, bounds)
+
+
+def _verdict(
+    problem: VelocityProblem, qdot: Array, scales: Array, found: Resolution, yielded: NDArray[np.bool_]
+) -> Resolution:
+    """What came of a step in whose place another one was found; rows that had to yield are named."""
+    names = [*found.contradictions, *(cause for cause, yields in zip(problem.bounds.row_cause, yielded) if yields)]
+    bounds = replace(problem.bounds, contradictions=tuple(dict.fromkeys(names)))
+    return verdict(replace(problem, bounds=bounds), qdot, scales.tolist(), reductions(problem))
 
 
 def as_resolver(given: Resolver | RobustInverse | None) -> Resolver:

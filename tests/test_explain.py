@@ -258,7 +258,7 @@ def test_the_table_reads_like_this():
         "asked 0.5, given 0.3162, 34.7° apart: 48.0% of the asked speed is lost; 0.0° cannot be avoided",
         "largest joint speed 2 (q2); 0.0% of the motion is in the null space",
         "smallest σ 0 (distance of J from a singular matrix), condition number inf, manipulability 0; "
-        "* marks σ ≤ 1.4e-14",
+        "* marks σ ≤ 1e-12",
         "",
         "       σ  φ  asked  given    lost  what    speed  share  task direction  joint direction",
         "1      1  1    0.3    0.3    0.0%  exact     0.3   2.2%  +1.00 x         +1.00 q1",

@@ -22,3 +22,17 @@ class Limit(abc.ABC):
             previous: Joint velocities of the step before, (n,), rad/s or m/s.
             dt: Length of the step, s.
         """
+
+    def tightened(self, robot: Robot, q: Array, qdot: Array, dt: float, bounds: Bounds) -> Bounds | None:  # noqa: ARG002
+        """Bounds that ask for more where a step, taken in full, would not keep the limit; None where it would.
+
+        Bounds are of first order; this sees the step itself. A controller resolves anew with what it gives.
+
+        Args:
+            robot: The robot.
+            q: Configuration, (nq,).
+            qdot: The joint velocities of the step, (n,).
+            dt: Length of the step, s.
+            bounds: What q̇ was found in: those of this limit among them.
+        """
+        return None

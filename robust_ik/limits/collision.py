@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Self
 
@@ -21,8 +21,14 @@ from robust_ik.limits.obstacles import Obstacle
 from robust_ik.limits.srdf import find_srdf, read_srdf
 from robust_ik.robot import Robot
 
+OURS = " distance"
+"""What the causes of these rows end with."""
 LEAST_ROW = 1e-6
 """m per rad: where joints change a distance by less, they do not change it."""
+NEARER = 1e-7
+"""m; distances that fall by less do not fall: rounding."""
+OVER = 1.25
+"""What is asked for more where a step bends, as a multiple of what it came too near."""
 RECOVERY_JOINT_SPEED = 0.5
 """rad/s or m/s: on the way out of a collision no joint has to be faster than this, or half its speed limit."""
 
@@ -59,11 +65,14 @@ class CollisionLimit(Limit):
     so that, to first order, no step uses up more than what is left, and what is too near comes apart at a bounded
     speed and never goes further in. With ḋ = nᵀ (J_b − J_a) q̇ at the nearest points a and b, n from a to b.
 
-    Shapes are the robot's collision shapes, or its visuals if it has no collision shapes at all. Meshes are taken as
-    their convex hulls: what is hollow, such as an open gripper, is full. Nothing is seen of speeds beyond first order:
-    keep `distance` over what a step can bend, about half of (joint speed · dt)² times the length of the arm.
+    What bends within a step, and nearest points that jump, are of second order. So `tightened` looks where a step ends:
+    if a pair would be nearer than `distance` and nearer than before, a controller asks for more speed apart, and at
+    last for less speed in all. Only where stronger limits forbid that too does a pair come nearer; the resolution
+    then names it among its contradictions.
 
-    Where a nearest point jumps (parallel faces), the row jumps, but not the distance.
+    Shapes are the robot's collision shapes, or its visuals if it has no collision shapes at all. Meshes are taken as
+    their convex hulls: what is hollow, such as an open gripper, is full. Where a nearest point jumps (parallel faces),
+    the row jumps, but not the distance.
 
     Source: Faverjon & Tournassoud 1987 (velocity damper): ḋ ≥ −ξ (d − d_s)/(d_i − d_s), with gain = ξ/(d_i − d_s).
 
@@ -155,8 +164,39 @@ class CollisionLimit(Limit):
         # What no joint can change must not contradict what joints can.
         size = np.linalg.norm(rows, axis=1)
         kept = np.flatnonzero((size > LEAST_ROW) & np.isfinite(size))
-        causes = (" - ".join(self._scene.names(contacts[index][0])) for index in kept)
-        return Bounds.of_rows(rows[kept], floor[kept], tuple(f"{cause} distance" for cause in causes))
+        return Bounds.of_rows(rows[kept], floor[kept], tuple(self._cause(contacts[index][0]) for index in kept))
+
+    def tightened(self, robot: Robot, q: Array, qdot: Array, dt: float, bounds: Bounds) -> Bounds | None:
+        """Higher floors for pairs that the step brings nearer though they are too near, or too near; else None."""
+        if not self._may_bend(robot, q, qdot, dt, bounds):
+            return None
+        before = dict(self._scene.contacts(robot, q, within=self.influence))
+        after = dict(self._scene.contacts(robot, robot.integrate(q, dt * qdot), within=self.distance))
+        short: dict[str, float] = {}
+        for index, there in after.items():
+            missing = min(before[index].distance if index in before else np.inf, self.distance) - there.distance
+            if missing > NEARER:
+                cause = self._cause(index)
+                short[cause] = max(missing, short.get(cause, 0.0))
+        if not short:
+            return None
+        rate = bounds.rows @ qdot
+        more = np.array([OVER * short[cause] / dt if cause in short else -np.inf for cause in bounds.row_cause])
+        return replace(bounds, floor=np.maximum(bounds.floor, rate + more))
+
+    def _may_bend(self, robot: Robot, q: Array, qdot: Array, dt: float, bounds: Bounds) -> bool:
+        """Whether something is too near, or so near that a step could make it so."""
+        ours = np.array([cause.endswith(OURS) for cause in bounds.row_cause], dtype=bool)
+        if not ours.any():
+            return False
+        spare = -bounds.floor[ours] / min(self.gain, 1 / dt)  # what is too near has a floor ≥ 0
+        turned = dt * float(np.abs(qdot).sum())
+        frames = [robot.pose(q, self._scene.bodies.frames[body])[:3, 3] for body in self._scene.moving]
+        length = max(float(np.linalg.norm(a - b)) for a in frames for b in (np.zeros(3), *frames))
+        return bool((spare + dt * (bounds.rows[ours] @ qdot) < turned * turned * length).any())
+
+    def _cause(self, pair: int) -> str:
+        return " - ".join(self._scene.names(pair)) + OURS
 
     def distances(self, robot: Robot, q: ArrayLike) -> list[PairDistance]:
         """How far every pair is apart, however far, nearest first.

@@ -92,7 +92,7 @@ class Scene:
     def _poses(self, robot: Robot, q: Array) -> Array:
         """The poses of the bodies that are needed, (bodies, 4, 4); of others, the identity."""
         poses = np.tile(np.eye(4), (len(self.bodies.frames), 1, 1))
-        for body in self._moving:
+        for body in self.moving:
             poses[body] = robot.pose(q, self.bodies.frames[body])
         bounded: Array = np.clip(np.nan_to_num(poses), -FARTHEST, FARTHEST)
         return bounded
@@ -108,7 +108,8 @@ class Scene:
         return apart
 
     @cached_property
-    def _moving(self) -> list[int]:
+    def moving(self) -> list[int]:
+        """The bodies of watched solids that joints move."""
         watched = {self.solids[index].body for index in (*self.first, *self.second)}
         return sorted(watched - {0})
 

@@ -89,10 +89,23 @@ def any_task(robot: rik.Robot, rng: Rng) -> rik.Task:
             return climbing(frame=frame)
 
 
+def fitting_task(robot: rik.Robot, rng: Rng) -> rik.Task:
+    """A task that a robot of few rows does not refuse, as an arm that only moves a point does one of orientation."""
+    while True:
+        task = any_task(robot, rng)
+        try:
+            task.equation(robot, robot.rest, hessian=False)
+        except rik.InputError:
+            if len(robot.rows) == 6:
+                raise
+        else:
+            return task
+
+
 def any_stack(robot: rik.Robot, rng: Rng) -> list[list[rik.Task]]:
     """One to three levels of one or two tasks."""
     return [
-        [any_task(robot, rng) for _ in range(int(rng.integers(1, 3)))]
+        [fitting_task(robot, rng) for _ in range(int(rng.integers(1, 3)))]
         for _ in range(int(rng.choice([1, 1, 2, 3])))
     ]  # fmt: skip
 
