@@ -127,7 +127,7 @@ class _Tree:
         alike = depths[:2] == [depths[0]] * 2 or (len(depths) > 2 and 2 * depths[2] >= depths[0])
         if not alike or arm < LEAST_ARM or arm <= depths[0]:
             return False
-        reach = sum(joint.length for joint in self.description.chain(self._shared_by(branches)))
+        reach = self._length(self._shared_by(branches))
         fingers = (branch.length + self._longest[branch.child] for branch in branches[:2])
         return max(fingers) <= LONGEST_HAND * reach
 
@@ -155,6 +155,16 @@ class _Tree:
         if "tool0" in leaves:
             return [Tip("tool0")]
         name = self.shared(leaves)
+        apart = [leaf for leaf in leaves if self._length(leaf) > self._length(name)]
+        if len(apart) == 1:
+            others = listed(sorted(set(leaves) - set(apart)), 8)
+            return [
+                Tip(
+                    apart[0],
+                    f"no tip was given: {apart[0]!r} is taken, as {others}, fixed to the same body, is where {name!r} "
+                    "is (tip=, --tip)",
+                )
+            ]
         return [
             Tip(
                 name,
@@ -162,6 +172,10 @@ class _Tree:
                 "are all fixed to it (tip=, --tip)",
             )
         ]
+
+    def _length(self, link: str) -> float:
+        """The way from the root to a link, m."""
+        return sum(joint.length for joint in self.description.chain(link))
 
     def _moves_within(self, leaves: list[str], link: str) -> bool:
         """Whether followers move some of the leaves against others."""

@@ -34,6 +34,8 @@ from robust_ik.xacro_files import SUFFIX, checked_arguments, expand
 MAX_BYTES = 50_000_000
 SEEMS_DEGREES = 8 * math.pi
 """Limits of more than four turns are asked about."""
+MOST_DEGREES = 1e4
+"""So many degrees nobody means."""
 NO_LIMIT = 1e6
 """A position limit as large as this is written for none."""
 
@@ -208,6 +210,6 @@ def _limits(joint: Any, notes: Notes) -> tuple[float, float]:
             notes.add(f"{stated}: it is taken as unlimited", name)
         return -math.inf, math.inf
     largest = max(abs(low), abs(high))
-    if joint.type == "revolute" and SEEMS_DEGREES < largest < NO_LIMIT:
+    if joint.type == "revolute" and SEEMS_DEGREES < largest < MOST_DEGREES:
         notes.add(f"has limits {low:g} to {high:g} rad: are they degrees?", name)
     return low if low > -NO_LIMIT else -math.inf, high if high < NO_LIMIT else math.inf

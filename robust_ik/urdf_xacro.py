@@ -19,7 +19,7 @@ HOW = (
 _SUBSTITUTION = re.compile(r"\$[{(]")
 _HARMLESS = ("property", "arg", "macro", "include")
 """What adds no link and no joint where it stands; an include is noted all the same."""
-_SHAPES = ("visual", "collision", "inertial")
+_BUILDS = ("if", "unless", "insert_block", "element", "attribute", "call")
 
 
 def check_expanded(root: Any, notes: Notes) -> bool:
@@ -37,11 +37,11 @@ def check_expanded(root: Any, notes: Notes) -> bool:
                 raise UrdfError(
                     f"it is xacro that was not expanded: line {element.sourceline} has {attribute}={shown(text)}; {HOW}"
                 )
-    left = False
+    left, defines = False, any(_is_xacro(each) for each in root.iter("{*}macro", "{*}include"))
     for parent in (root, *root.findall("link"), *root.findall("joint")):
         for element in [each for each in parent if etree.QName(each).namespace and _is_xacro(each)]:
             name = etree.QName(element).localname[:60]
-            if _would_add(element, parent):
+            if _would_add(element, parent, defines):
                 raise UrdfError(
                     f"it is xacro that was not expanded: line {element.sourceline} has <xacro:{name}>; {HOW}"
                 )
@@ -50,7 +50,6 @@ def check_expanded(root: Any, notes: Notes) -> bool:
             notes.add(
                 "left over from xacro, and passed over: expand the file if that is still to be done", f"<xacro:{name}>"
             )
-
     return left
 
 
@@ -58,11 +57,15 @@ def _is_xacro(element: Any) -> bool:
     return element.prefix == "xacro" or "xacro" in str(etree.QName(element).namespace)
 
 
-def _would_add(element: Any, parent: Any) -> bool:
-    """Whether xacro would put something that kinematics need in the place of an element."""
-    if parent.tag == "link" or etree.QName(element).namespace.startswith("urn:undeclared:"):
+def _would_add(element: Any, parent: Any, defines: bool) -> bool:
+    """Whether xacro would put something that kinematics need in the place of an element.
+
+    A call of a macro in a file that neither defines nor includes any is left over from an expansion by hand.
+    """
+    name, space = etree.QName(element).localname, etree.QName(element).namespace
+    if parent.tag == "link" or space.startswith("urn:undeclared:") or name in _HARMLESS:
         return False
-    return etree.QName(element).localname not in _HARMLESS
+    return name in _BUILDS or defines
 
 
 def _kinematic(root: Any) -> Iterator[Any]:

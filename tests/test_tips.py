@@ -70,6 +70,12 @@ def test_leaves_of_one_rigid_body_share_a_link_and_tool0_comes_first():
     assert choose_tip(tree(*ARM, "link6 ee_link 0.1 fixed", "link6 tool0 0.1 fixed")).name == "tool0"
 
 
+def test_a_leaf_that_is_where_its_link_is_counts_for_nothing():
+    chosen = choose_tip(tree(*ARM, "link6 flange 0.1 fixed", "link6 link6_sc 0 fixed"))
+    assert chosen.name == "flange"
+    assert "'flange' is taken, as link6_sc" in chosen.note
+
+
 @pytest.mark.parametrize(
     "joints, ends",
     [

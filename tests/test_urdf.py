@@ -758,7 +758,8 @@ def test_quaternions_of_older_files_are_passed_over_with_a_note_and_bad_ones_are
         ('xyz="1 0 0"', 'xyz="${length} 0 0"'),
         ('name="a"', 'name="$(arg prefix)a"'),
         ('lower="-1"', 'lower="${-pi}"'),
-        ("</robot>", '<xacro:arm prefix="a"/></robot>'),
+        ("</robot>", '<xacro:arm prefix="a"/><xacro:include filename="arm.xacro"/></robot>'),
+        ("</robot>", '<xacro:macro name="arm"><link name="e"/></xacro:macro><xacro:arm/></robot>'),
         ("</robot>", '<xacro:if value="1"><link name="e"/></xacro:if></robot>'),
         ('<axis xyz="0 0 1"/>', '<xacro:insert_block name="axis"/>'),
     ],
@@ -773,7 +774,7 @@ def test_xacro_that_was_not_expanded_is_named_as_such(old, new):
     "text",
     [
         "<robot name='r' xmlns:xacro='http://x'><xacro:macro name='m'><link name='a'/></xacro:macro></robot>",
-        "<robot name='r' xmlns:x='http://www.ros.org/wiki/xacro'><x:arm/></robot>",
+        "<robot name='r' xmlns:x='http://www.ros.org/wiki/xacro'><x:include filename='a'/><x:arm/></robot>",
         PLAIN.replace("<robot", "<robot xmlns:xacro='http://x'")
         .replace('<link name="a"/>', "")
         .replace("</robot>", "<xacro:include filename='a.xacro'/></robot>"),
@@ -786,9 +787,9 @@ def test_xacro_whose_links_are_elsewhere_is_named_as_such(text):
 
 
 @pytest.mark.parametrize("declared", [True, False])
-@pytest.mark.parametrize("left", ["<xacro:property name='w' value='1'/>", "<xacro:include filename='x.xacro'/>"])
+@pytest.mark.parametrize("left", ["property name='w' value='1'", "include filename='x.xacro'", "sensors p='a'"])
 def test_what_is_left_of_xacro_and_does_no_harm_is_noted(declared, left):
-    text = PLAIN.replace("</robot>", left + "</robot>")
+    text = PLAIN.replace("</robot>", f"<xacro:{left}/></robot>")
     if declared:
         text = text.replace("<robot", "<robot xmlns:xacro='http://www.ros.org/wiki/xacro'")
     assert any("<xacro:" in note for note in parse_urdf(text).notes)
