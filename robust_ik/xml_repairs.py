@@ -79,10 +79,6 @@ def repaired(data: str | bytes, notes: Notes) -> str | None:
 
 def _without_head(text: str, notes: Notes) -> str:
     text = text.removeprefix("\ufeff")
-    start = max(text.find("<"), 0)
-    if text[:start].strip():
-        notes.add("text before the first tag is passed over")
-        text = text[start:]
     first = _DECLARATION.search(text)
     if first is not None and first.start() > 0:
         notes.add("the XML declaration <?xml …?> does not stand at the very beginning, as it must")
@@ -116,6 +112,7 @@ class _Mending:
 
     def __init__(self, notes: Notes) -> None:
         self.notes = notes
+        self.started = False
         self.used: dict[str, str] = {}
         self.declared: set[str] = {"xml", "xmlns"}
 
@@ -137,6 +134,7 @@ class _Mending:
                 tag = _TAG.match(text, start)
                 if tag is None:
                     raise _GiveUpError
+                self.started = True
                 place = tag.end()
                 yield self._tag(*tag.groups())
         yield self._content(text[place:])
@@ -147,6 +145,9 @@ class _Mending:
         return "\n" * comment.count("\n")
 
     def _content(self, text: str) -> str:
+        if not self.started and text.strip():
+            self.notes.add("text before the first tag is passed over")
+            return "\n" * text.count("\n")
         if "]]>" in text:
             self.notes.add("a bare ']]>' is taken as the characters")
             text = text.replace("]]>", "]]&gt;")

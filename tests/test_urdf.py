@@ -546,6 +546,7 @@ MENDED = {
     "comment first": ('<!-- by hand -->\n<?xml version="1.0"?>' + PLAIN, "very beginning"),
     "mark and blank": ('\ufeff <?xml version="1.0"?>' + PLAIN, "very beginning"),
     "mark read as Latin-1": ("ï»¿" + PLAIN, "text before the first tag"),
+    "text after the declaration": ("<?xml version='1.0'?>?<!-- c -->." + PLAIN, "text before the first tag"),
     "end of CDATA": (PLAIN.replace("</robot>", "<gazebo>a]]>b</gazebo></robot>"), "']]>'"),
     "version 0.0": ('<?xml version="0.0"?>' + PLAIN, "version '0.0' is read as 1.0"),
     "two hyphens": (PLAIN.replace("</robot>", "<!-- a -- b\n---></robot>"), "'--'"),
