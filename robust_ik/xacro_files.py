@@ -73,6 +73,8 @@ def expand(path: Path, arguments: Mapping[str, str], package_dirs: Sequence[str 
     if "urdf" not in answer:
         raise UrdfError(f"{path}: its xacro cannot be expanded: {_sentence(answer)}")
     text = str(answer["urdf"])
+    if "<link" not in text:
+        raise UrdfError(f"{path}: its xacro writes no link: name the file that uses its macros instead")
     if len(text) > MOST_CHARACTERS:
         raise UrdfError(f"{path}: its xacro writes {len(text)} characters; over {MOST_CHARACTERS} are refused")
     return text

@@ -21,7 +21,7 @@ from robust_ik.meshpaths import MeshPaths
 FORBIDDEN = (
     "ctypes.", "ftplib.", "os.chmod", "os.chown", "os.exec", "os.fork", "os.kill", "os.link", "os.mkdir",
     "os.posix_spawn", "os.remove", "os.rename", "os.rmdir", "os.spawn", "os.startfile", "os.symlink", "os.system",
-    "os.truncate", "pty.", "shutil.", "socket.", "subprocess.", "urllib.", "webbrowser.", "winreg.",
+    "os.truncate", "pty.", "shutil.", "socket.", "sqlite3.", "subprocess.", "urllib.", "webbrowser.", "winreg.",
 )  # fmt: skip
 """Audit events of Python's that no robot needs."""
 

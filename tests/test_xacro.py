@@ -94,6 +94,11 @@ def test_a_xacro_file_that_cannot_be_expanded_is_refused_in_one_line(package, ca
     assert len(str(caught.value)) < 1000
 
 
+def test_a_file_of_macros_alone_is_told_from_a_robot(package):
+    with pytest.raises(rik.UrdfError, match="writes no link: name the file that uses its macros"):
+        rik.load(package / "urdf/parts.xacro")
+
+
 def test_a_xacro_file_may_not_write_or_start_anything(package):
     # Out of xacro's evaluator, which forbids hidden names only where they stand in the open.
     system = "(lambda: [c for c in ().__class__.__base__.__subclasses__() if c.__name__ == '_wrap_close'][0]"
