@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import fields
+import inspect
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from robust_ik.errors import InputError, listed, suggest
 from robust_ik.evaluation import DulebaMatched
-from robust_ik.inverses import CLASSES, RobustInverse
+from robust_ik.inverses import CLASSES, JParse, RobustInverse
 from robust_ik.inverses.baselines import BASELINES
 from robust_ik.resolvers import (
     DecoupledPriority,
@@ -33,7 +33,10 @@ RESOLVERS: tuple[type[Resolver | Limiter], ...] = (
     Saturation,
     QuadraticProgram,
 )
-KNOWN: Mapping[str, type[Any]] = {each.__name__: each for each in (*CLASSES, *BASELINES, DulebaMatched, *RESOLVERS)}
+KNOWN: Mapping[str, Callable[..., Any]] = {
+    **{each.__name__: each for each in (*CLASSES, *BASELINES, DulebaMatched, *RESOLVERS)},
+    "JParse.from_limits": JParse.from_limits,
+}
 
 
 def method(data: object, where: str) -> Resolver | RobustInverse:
@@ -61,7 +64,7 @@ def _made(data: object, where: str) -> Any:
     if not isinstance(kind, str) or kind not in KNOWN:
         raise InputError(f"{where}: there is no type {kind!r}; {suggest(str(kind), KNOWN)}")
     parameters = {name: _made(value, f"{where}.{name}") for name, value in data.items() if name != "type"}
-    possible = [each.name for each in fields(KNOWN[kind]) if each.init]
+    possible = list(inspect.signature(KNOWN[kind]).parameters)
     for name in parameters:
         if name not in possible:
             raise InputError(f"{where}: {kind} has no parameter {name!r}; there are: {listed(possible)}")
