@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import tomllib
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,6 +15,7 @@ from robust_ik.dh import DHJoint, DHTable, screw
 from robust_ik.dh_checks import checked_numbers, checked_rigid, shown
 from robust_ik.errors import DHError, suggest
 from robust_ik.files import read_file
+from robust_ik.toml_bounds import read_toml
 
 MAX_BYTES, MAX_LINE = 200_000, 2_000
 """A hundred joints take a tenth of this; the time to read dotted keys and nested tables grows with their square."""
@@ -105,11 +105,9 @@ def _toml(text: str) -> dict[str, Any]:
     if max(map(len, text.splitlines()), default=0) > MAX_LINE:
         raise DHError(f"it has a line of over {MAX_LINE} characters")
     try:
-        return tomllib.loads(text)
+        return read_toml(text)
     except ValueError as error:  # tomllib's own error, which says where, is one
         raise DHError(f"not valid TOML: {error}") from error
-    except RecursionError:
-        raise DHError("not valid TOML: nested too deeply") from None
 
 
 def _fields(data: dict[str, Any]) -> dict[str, Any]:

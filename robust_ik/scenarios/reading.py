@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -20,6 +19,7 @@ from robust_ik.scenario import Scenario
 from robust_ik.scenarios.building import method
 from robust_ik.scenarios.targets import Table, target
 from robust_ik.tasks import Follow, OrientationTask, PostureTask, Replay, Stack, Task
+from robust_ik.toml_bounds import read_toml
 
 LARGEST_FILE = 1_000_000
 
@@ -80,8 +80,8 @@ def read_scenario(path: str | Path) -> Scenario:
     """
     full, content = read_file(path, LARGEST_FILE)
     try:
-        data = tomllib.loads(content.decode("utf-8-sig"))
-    except (ValueError, RecursionError) as error:
+        data = read_toml(content.decode("utf-8-sig"))
+    except ValueError as error:
         raise LoadError(f"{full} is no TOML: {error}") from error
     try:
         return _scenario(full, Table(data, "the scenario"))
