@@ -72,6 +72,7 @@ def test_the_unit_of_a_collada_file_is_applied_and_its_up_axis_is_not(tmp_path, 
     assert part.color == RED
 
 
+@pytest.mark.filterwarnings("ignore:Setting the shape on a NumPy array:DeprecationWarning")  # pycollada does
 @pytest.mark.parametrize("up", ["Y_UP", "Z_UP"])
 def test_a_collada_file_in_metres_lies_where_trimesh_puts_it(tmp_path, up):
     mesh = dae(tmp_path / "a.dae", up=up)
