@@ -710,3 +710,9 @@ def test_the_bound_of_adaptive_damping_holds_where_w_rounds_at_its_threshold(squ
         met = inverse.gains([sigma_max] * (count - 1) + [undamped * 1.000001])[-1]
         assert met <= inverse.largest_gain(sigma_max, count) * (1 + 1e-9)
         assert inverse.largest_gain(sigma_max, count) >= 0.99 / undamped
+
+
+def test_a_product_of_singular_values_that_overflows_is_beyond_every_threshold():
+    for inverse in (NakamuraHanafusa(), NakamuraHanafusa(squared=False)):
+        for s in ([1e154, 0.9e154], [1e150, 1e150, 1e150], [1e300, 3e7]):
+            assert_allclose(inverse.gains(s) * s, 1.0)

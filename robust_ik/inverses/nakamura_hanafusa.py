@@ -64,7 +64,7 @@ class NakamuraHanafusa(GainFormula):
         s: Quantity, largest: Quantity, smallest: Quantity, product: Quantity, place: Quantity, p: Any
     ) -> Quantity:
         """σ/(σ² + λ²(w))."""
-        ratio = np.minimum(product / p[1], 1.0)
+        ratio = np.minimum(product, p[1]) / p[1]  # in this order, since w/w₀ may overflow
         return damped(s, added(ratio, p[0], p[2]))
 
     @property

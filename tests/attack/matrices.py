@@ -25,7 +25,7 @@ DIGITS = (0.0, 1.0, -1.0, 0.5, 1e-8, -1e-13, 1e-17, 1e-120, 1e-155, -1e-155, 1e-
 NEARLY = (0.0, 1e-17, 1e-16, 1e-15, 1e-14, 1e-13, 1e-10, 1e-155, 1e-300)
 """What zero rows and columns are, exactly or nearly."""
 IDLE = 1e-6
-"""How fast a joint without effect may be beside ‖ẋ‖/σ₁: φ of a σ that is rounding."""
+"""How fast a joint without effect may be beside ‖ẋ‖/σ₁ and the fastest joint: φ of a σ that is rounding."""
 LARGEST_ARM = 20.0
 """σ₁ up to which a σ of rounding is small beside absolute dampings."""
 
@@ -118,7 +118,9 @@ def faults(inverse: rik.RobustInverse, J: Array, xdot: Array, size: float) -> di
         "exceeds its largest gain": length > bound * (1 + 1e-9),
     }
     if size <= LARGEST_ARM and spares_idle_joints(inverse, size):
-        found["moves an idle joint"] = (np.abs(np.where(idle, qdot, 0.0)) > IDLE / size * speed[:, None]).any(axis=-1)
+        found["moves an idle joint"] = np.abs(np.where(idle, qdot, 0.0)).max(axis=-1) > IDLE * np.maximum(
+            speed / size, fastest
+        )
     if isinstance(inverse, rik.SDLS):
         found["exceeds max_angle"] = fastest > inverse.max_angle * (1 + 1e-12)
     return found
