@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 import robust_ik as rik
-from robust_ik.description import Sphere
-from robust_ik.limits import CollisionLimit, Limit, Obstacle
-from tests.test_collision import around, at, planar
+from robust_ik.limits import CollisionLimit, HalfSpace, Limit, Obstacle
+from tests.test_collision import around, planar
 
 RESOLVERS = [
     rik.TaskPriority(),
@@ -18,9 +17,9 @@ NEARER = 1e-6
 
 
 def in_the_plane():
+    """A tip over a shelf that has no say about the links: circles about joints below the shelf bend into it."""
     robot = planar()
-    standing = [Obstacle("ball", Sphere(0.1), at(0.7, 0.3, 0)), Obstacle("post", Sphere(0.2), at(-0.3, 0.5, 0))]
-    return robot, CollisionLimit.of(robot, obstacles=standing)
+    return robot, CollisionLimit.of(robot, obstacles=[Obstacle("shelf", HalfSpace((0, 1, 0), 0.3))])
 
 
 def arm(name):
@@ -28,7 +27,7 @@ def arm(name):
     return robot, CollisionLimit.of(robot, obstacles=around())
 
 
-@pytest.fixture(scope="module", params=["planar", "ur5", "panda"])
+@pytest.fixture(scope="module", params=["planar", "ur5"])
 def watched(request):
     return in_the_plane() if request.param == "planar" else arm(request.param)
 
@@ -47,7 +46,7 @@ def too_near(robot, limit, rng):
 @pytest.mark.parametrize("dt", [0.01, 0.05])
 def test_what_is_too_near_never_comes_nearer_without_a_word(watched, dt):
     robot, limit = watched
-    rng, bent = np.random.default_rng(1), 0
+    rng, moving = np.random.default_rng(1), 0
     for index in range(6):
         q, joints = too_near(robot, limit, rng), rik.JointLimits.of(robot)
         task = rik.FrameTask(robot.pose(robot.random(rng)), gain=50.0)
@@ -60,14 +59,15 @@ def test_what_is_too_near_never_comes_nearer_without_a_word(watched, dt):
             for names, there in distances(limit, robot, q).items():
                 kept = there >= min(before[names], limit.distance) - NEARER
                 assert kept or f"{names[0]} - {names[1]} distance" in step.contradictions
-            bent += step.qdot.any()
+            moving += step.qdot.any()
             assert (np.abs(step.qdot) <= joints.velocity + 1e-9).all()
-    assert bent > 10  # it moves
+    assert moving > 10
 
 
 def test_a_step_that_would_bend_into_something_is_asked_for_more(rng):
     """Along a tangent at full speed: of first order the distance stays, of second it falls."""
     robot, limit = in_the_plane()
+    bent = 0
     for _ in range(20):
         q = too_near(robot, limit, rng)
         bounds = limit.bounds(robot, q, np.zeros(2), 0.1)
@@ -80,9 +80,11 @@ def test_a_step_that_would_bend_into_something_is_asked_for_more(rng):
             )
             tighter = limit.tightened(robot, q, qdot, 0.1, bounds)
             assert (tighter is not None) == nearer
+            bent += nearer
             if tighter is not None:
                 assert (tighter.floor >= bounds.floor).all()
                 assert (tighter.rows @ qdot < tighter.floor).any()
+    assert bent > 5
 
 
 class Refused(Limit):
