@@ -35,7 +35,7 @@ def test_a_key_of_very_many_parts_is_refused_before_it_is_read(text, monkeypatch
 def test_what_is_nested_too_deeply_is_refused(text):
     with pytest.raises(ValueError, match="nested too deeply"):
         read_toml(text)
-    with pytest.raises(rik.DHError, match="nested too deeply|over 200000"):
+    with pytest.raises(rik.DHError, match="over 200000|a line of over"):
         table_from_toml(text)
 
 
