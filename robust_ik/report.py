@@ -15,7 +15,7 @@ from robust_ik.inverses import RobustInverse
 from robust_ik.linalg import condition_number, svd
 from robust_ik.reach import Reach, find_reach
 from robust_ik.robot import Robot
-from robust_ik.safe_text import in_markdown, plain, visible
+from robust_ik.safe_text import plain, visible
 from robust_ik.trajectory import Trajectory
 
 MOST_NOTES = 20
@@ -94,7 +94,7 @@ def inverse_details(each: type[RobustInverse]) -> Table:
 def inverses_markdown(classes: Iterable[type[RobustInverse]]) -> str:
     """The same table as Markdown, as in the README."""
     rows = [INVERSE_COLUMNS, ("---",) * len(INVERSE_COLUMNS)]
-    rows += [(f"`{row[0]}`", *map(in_markdown, row[1:])) for row in _inverse_rows(classes)]
+    rows += [(f"`{row[0]}`", *(cell.replace("|", "\\|") for cell in row[1:])) for row in _inverse_rows(classes)]
     return "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
 
