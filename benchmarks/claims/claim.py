@@ -144,19 +144,3 @@ def _spoilt(numbers: Mapping[str, Number], name: str) -> Iterator[Number]:
                 yield each
         for change in (lambda x: 0 * x, lambda x: -x, lambda x: 1000 * x, lambda x: x / 1000, lambda x: x + 1):
             yield Spread(tuple(map(change, own.runs))) if isinstance(own, Spread) else change(own)
-
-
-@dataclass(frozen=True)
-class TypedClaim:
-    """A line whose verdict is typed: of the papers that do not compute theirs yet."""
-
-    what: str
-    paper: str
-    ours: str
-    verdict: str
-    why: str
-
-    @property
-    def row(self) -> tuple[str, str, str, str, str]:
-        """Its cells."""
-        return self.what, self.paper, self.ours, self.verdict, self.why
