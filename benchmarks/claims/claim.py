@@ -6,8 +6,9 @@ import itertools
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import cache
 from string import Formatter
-from types import MappingProxyType
+from types import CodeType, MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -87,16 +88,7 @@ class Claim:
 
     def outcome(self, condition: str) -> bool | None:
         """Whether a condition holds; None where it does at some ends of the spreads only."""
-        code = compile(condition, condition, "eval")
-        ends = [
-            [number.low, number.high] if isinstance(number, Spread) and name in code.co_names else [number]
-            for name, number in self.numbers.items()
-        ]
-        found = {
-            bool(eval(code, {"__builtins__": {}}, FUNCTIONS | dict(zip(self.numbers, each))))
-            for each in itertools.product(*ends)
-        }
-        return found.pop() if len(found) == 1 else None
+        return _outcome(condition, self.numbers)
 
     @property
     def reason(self) -> str:
@@ -112,18 +104,40 @@ class Claim:
         """Its cells."""
         return self.what, self.paper, self.ours, self.verdict, self.reason
 
-    def opposite(self) -> Claim | None:
-        """The same claim with numbers spoilt so that its condition turns round; None if no number can do that."""
-        open_to = replace(self, cut="")
-        names = {name for condition in self.readings.values() for name in compile(condition, "", "eval").co_names}
-        told = [name for name in self.numbers if name in names]
-        for many in range(1, min(len(told), 3) + 1):
+    def opposite(self, reading: str = "") -> Claim | None:
+        """The same claim with numbers spoilt so that a condition turns round; None if no number can do that."""
+        condition = self.readings[reading]
+        told = [name for name in self.numbers if name in _names(condition)]
+        wanted = self.outcome(condition) is not True
+        for many in range(1, len(told) + 1):
             for chosen in itertools.combinations(told, many):
                 for values in itertools.product(*(_spoilt(self.numbers, name) for name in chosen)):
-                    other = replace(open_to, numbers={**self.numbers, **dict(zip(chosen, values))})
-                    if {open_to.verdict, other.verdict} & {HOLDS, IN_KIND} and open_to.verdict != other.verdict:
-                        return other
+                    spoilt = {**self.numbers, **dict(zip(chosen, values))}
+                    if _outcome(condition, spoilt) is wanted:
+                        return replace(self, numbers=spoilt)
         return None
+
+
+@cache
+def _compiled(condition: str) -> CodeType:
+    return compile(condition, condition, "eval")
+
+
+def _names(condition: str) -> tuple[str, ...]:
+    return _compiled(condition).co_names
+
+
+def _outcome(condition: str, numbers: Mapping[str, Number]) -> bool | None:
+    """Whether a condition holds at all ends of the spreads that it names, at none, or (None) at some."""
+    told = {name: number for name, number in numbers.items() if name in _names(condition)}
+    ends = [[each.low, each.high] if isinstance(each, Spread) else [each] for each in told.values()]
+    found = set()
+    for values in itertools.product(*ends):
+        scope = {"__builtins__": {}, **FUNCTIONS, **dict(zip(told, values))}
+        found.add(bool(eval(_compiled(condition), scope)))
+        if len(found) > 1:
+            return None
+    return found.pop()
 
 
 def _plain(number: Any) -> Number:
