@@ -123,17 +123,16 @@ WORDS = re.compile(rb"[\w.+-]+|\s+|[^\w\s]")
 def attack(count, seed, say):
     logging.disable(logging.CRITICAL)
     with tempfile.TemporaryDirectory() as top:
-        folder = Path(top).resolve() / "robot"
-        folder.mkdir()
-        (folder.parent / "secret.bin").write_bytes(bytes(range(36)))
-        return list(_Reading(folder).broken(count, random.Random(seed), say))
+        return list(Reading(Path(top).resolve() / "robot").broken(count, random.Random(seed), say))
 
 
-class _Reading:
+class Reading:
     """Good files of every kind, and what reads them."""
 
     def __init__(self, folder):
         self.folder = folder
+        folder.mkdir()
+        (folder.parent / "secret.bin").write_bytes(bytes(range(36)))
         box = trimesh.creation.box((1.0, 2.0, 3.0))
         for suffix in ("stl", "ply", "glb", "off", "dae", "gltf"):
             (trimesh.Scene(box) if suffix == "gltf" else box).export(str(folder / f"a.{suffix}"))
@@ -162,13 +161,14 @@ class _Reading:
             say(f"{name} {i}")
             data = _mutated(self.good[name], rng, [self.good[rng.choice(self.kinds)]])
             (self.folder / name).write_bytes(data)
-            for what in self._tried(name):
+            for what in self.tried(name):
                 kept = Path(tempfile.gettempdir()) / f"broke_{os.getpid()}_{i}_{name}"
                 kept.write_bytes(data)
                 yield f"{what}: the file is kept as {kept}"
             (self.folder / name).write_bytes(self.good[name])
 
-    def _tried(self, name):
+    def tried(self, name):
+        """A sentence for each harm that reading the file of that name does."""
         WATCH.start()
         try:
             with within():
