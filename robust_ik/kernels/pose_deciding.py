@@ -14,7 +14,7 @@ from robust_ik.kernels import pose_layout as lay
 from robust_ik.kernels import pose_memory as mem
 from robust_ik.kernels.compiling import called
 from robust_ik.kernels.pose_boundary import pressable
-from robust_ik.kernels.pose_memory import keep, launch, polish_kept, polish_one, press_one, record
+from robust_ik.kernels.pose_memory import keep, launch, polish_kept, polish_one, press_one, record, tighten
 from robust_ik.kernels.pose_polish import ROOM, SIX, TWELVE, look
 from robust_ik.kernels.pose_rank import arrange, unwind, write_configuration
 from robust_ik.kernels.pose_target import unreachable
@@ -26,11 +26,13 @@ LONGEST = 100
 """Steps of one start at the most."""
 NEARLY = 1e-4
 """E below which a start that is given up may be near a solution on the boundary; after EARLY starts it is polished."""
-EARLY, LATER, LAST, THOROUGH = 12, 48, 400, 120
+EARLY, LATER, LAST, THOROUGH = 12, 128, 400, 120
 """Starts after which the best are polished; there are no more than LAST without a solution, or THOROUGH where each is
 polished."""
-HOPELESS, DOUBTFUL = 0.1, 0.02
-"""The E of the closest from which on a search ends at EARLY or at LATER."""
+AGAIN, AWAY = 22, 32
+"""The same where the target is proved to be out of reach: the best are polished twice more, and the search ends."""
+DOUBTFUL = 0.02
+"""The E of the closest from which on a search ends at LATER."""
 
 
 @called
@@ -56,13 +58,16 @@ def over(problem: Pointer, options: Pointer, memory: Pointer, found: Pointer) ->
         return bool(memory[mem.SOLUTIONS] >= options[lay.WANTED] or start >= options[lay.STARTS])
     if options[lay.THOROUGH] > 0.0:
         return start >= THOROUGH
-    if start != EARLY and start != LATER and start < LAST:
+    if start != EARLY and start != AGAIN and start != AWAY and start != LATER and start < LAST:
+        return False
+    proved = unreachable(problem, further(memory, mem.AIM))
+    if EARLY < start <= AWAY and not proved:
         return False
     polish_kept(problem, options, memory, found)
     if memory[mem.SOLUTIONS] > 0.0:
         return bool(memory[mem.SOLUTIONS] >= options[lay.WANTED])
-    enough = HOPELESS if start == EARLY else DOUBTFUL
-    return bool(start >= LAST or memory[mem.BEST] > enough or unreachable(problem, further(memory, mem.AIM)))
+    hopeless = start == LATER and memory[mem.BEST] > DOUBTFUL
+    return bool(start >= LAST or hopeless or (proved and start >= AWAY))
 
 
 @called
@@ -76,14 +81,17 @@ def decide(
     edge = memory[mem.EDGE] > 0.0
     if not there and not edge and not given_up(memory, E):
         return 1
-    thorough = options[lay.THOROUGH] > 0.0
+    thorough, loose = options[lay.THOROUGH] > 0.0, memory[mem.LOOSE] > 0.0
+    if loose and (there or thorough):
+        tighten(problem, options, memory, values)
+        return 0
     if there:
         record(problem, options, memory, values, p, r, found)
-    elif edge or thorough or E < NEARLY:
+    elif not loose and (edge or thorough or E < NEARLY):
         there = press_one(problem, options, memory, values, edge, found)
     if edge:
         memory[mem.EDGED] += 1.0
-    if not there:
+    if not there and not loose:
         if thorough or (E < NEARLY and (memory[mem.START] >= EARLY or not pressable(problem))):
             polish_one(problem, options, memory, values, found)
         elif memory[mem.SOLUTIONS] == 0.0 and not edge:

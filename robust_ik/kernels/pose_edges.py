@@ -48,7 +48,7 @@ def onto_boundary(problem: Pointer, number: int, values: Pointer, normal: Pointe
     options[lay.POSITION_TOLERANCE], options[lay.ROTATION_TOLERANCE], options[lay.SCALE] = TOLERANCE, TOLERANCE, 1.0
     axes, end, error = stack(0.0, ROOM, SIX), stack(0.0, ONE, TWELVE), stack(0.0, ONE, TWELVE)
     H, g, free, d = stack(0.0, W16, W16), stack(0.0, ONE, W16), stack(0.0, ONE, W16), stack(0.0, ONE, W16)
-    random_values(problem, 1, number, values)
+    random_values(problem, 1, number, 0.0, values)
     for x in range(12):
         target[x] = 0.0
     look(problem, values, target, axes, end, error)
@@ -121,7 +121,7 @@ def reached_elsewhere(problem: Pointer, target: Pointer, number: int) -> bool:
     axes, end, error = stack(0.0, ROOM, SIX), stack(0.0, ONE, TWELVE), stack(0.0, ONE, TWELVE)
     moving[0] = 1.0
     for start in range(STARTS):
-        random_values(problem, 4, STARTS * number + start, values)
+        random_values(problem, 4, STARTS * number + start, 0.0, values)
         for _ in range(STEPS):
             look(problem, values, target, axes, end, error)
             if error[6] + error[7] < TOLERANCE:

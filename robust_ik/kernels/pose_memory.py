@@ -11,6 +11,7 @@ from robust_ik.kernels.pose_polish import TWELVE, polish, reached
 from robust_ik.kernels.pose_rank import WHOLE, apart, is_new, read_configuration, unwind
 from robust_ik.kernels.pose_seeds import random_values
 from robust_ik.kernels.pose_table import bring, nearest, rate
+from robust_ik.kernels.pose_target import unreachable
 from robust_ik.kernels.stack import ONE, Pointer, further, sizes, stack
 
 TARGET, START, STEP, TOTAL, SOLUTIONS, RATED, KEPT, BEST, HISTORY = 0, 1, 2, 3, 4, 5, 6, 7, 8
@@ -20,7 +21,8 @@ OWN, AIM = 16, 32
 """q0's joint values; rotation and position of the target."""
 KEPT_E, KEPT_VALUES = 48, 56
 """E of what is kept, and its joint values, 16 each."""
-CLOSEST_VALUES, CLOSEST_ERROR, DISTANCES = 184, 200, 208
+CLOSEST_VALUES, CLOSEST_ERROR, LOOSE, DISTANCES = 184, 200, 202, 208
+"""LOOSE: how far a start may go beyond the limits of joints that come round again, rad."""
 SIZE = 208 + lay.ENTRIES
 MEMORY = sizes(SIZE)
 CLOSE = 0.05
@@ -29,6 +31,8 @@ FEW_EDGES, HARD, MANY_EDGES = 1, 5, 12
 """Starts on the boundary at the most, before and from a number of other starts on."""
 FROM_TABLE = 24
 """Starts from the table, before random ones."""
+FIRM, AROUND = 12, math.pi
+"""Starts after which every other one leaves limits aside at first, and by how much."""
 
 
 @called
@@ -38,6 +42,7 @@ def begin(problem: Pointer, options: Pointer, memory: Pointer, q0: Pointer, valu
     read_configuration(problem, q0, own)
     memory[START], memory[STEP], memory[TOTAL], memory[SOLUTIONS] = 0.0, 0.0, 0.0, 0.0
     memory[RATED], memory[KEPT], memory[BEST], memory[EDGE], memory[EDGED] = 0.0, 0.0, math.inf, 0.0, 0.0
+    memory[LOOSE] = 0.0
     for j in range(int(problem[lay.COUNT])):
         at = lay.HEAD + j * lay.STRIDE
         low, high, value = problem[at + lay.LOWER], problem[at + lay.UPPER], own[j]
@@ -51,11 +56,17 @@ def begin(problem: Pointer, options: Pointer, memory: Pointer, q0: Pointer, valu
 
 @called
 def launch(problem: Pointer, options: Pointer, memory: Pointer, values: Pointer) -> None:
-    """The joint values that the next start begins at."""
+    """The joint values that the next start begins at.
+
+    Solutions with many joints at limits have small neighbourhoods inside these, from which a search leads there. So
+    where nothing was found, every other start searches without limits, and goes on inside them from where it ends.
+    """
     start, distances, aim = int(memory[START]), further(memory, DISTANCES), further(memory, AIM)
-    memory[STEP], memory[EDGE] = 0.0, 0.0
-    if start > FROM_TABLE:
-        random_values(problem, int(options[lay.RANDOM]), start, values)
+    memory[STEP], memory[EDGE], memory[LOOSE] = 0.0, 0.0, 0.0
+    if start > FIRM and start % 2 == 0 and memory[SOLUTIONS] == 0.0 and not unreachable(problem, aim):
+        memory[LOOSE] = AROUND
+    if start > FROM_TABLE or memory[LOOSE] > 0.0:
+        random_values(problem, int(options[lay.RANDOM]), start, memory[LOOSE], values)
         return
     if memory[RATED] == 0.0:
         rate(problem, aim, distances)
@@ -66,6 +77,13 @@ def launch(problem: Pointer, options: Pointer, memory: Pointer, values: Pointer)
     if not bring(problem, aim, further(memory, OWN), entry, values):
         memory[RATED], memory[EDGE] = 2.0, 0.0
         bring(problem, aim, further(memory, OWN), nearest(problem, distances, False), values)
+
+
+@called
+def tighten(problem: Pointer, options: Pointer, memory: Pointer, values: Pointer) -> None:
+    """Brings a start that left limits aside inside them, from where it goes on."""
+    unwind(problem, options, values, further(memory, OWN))
+    memory[STEP], memory[LOOSE] = 0.0, 0.0
 
 
 @called

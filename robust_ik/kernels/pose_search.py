@@ -97,7 +97,7 @@ def search(
                 p, r = each_lane(error)[6 * L + lane], each_lane(error)[7 * L + lane]
                 verdict = decide(problem, options, memory, own, p, r, found)
                 if verdict > 0:
-                    each_lane(moving)[lane] = 1.0
+                    each_lane(moving)[lane] = 1.0 + memory[mem.LOOSE]
                 elif verdict == 0:
                     for j in range(k):
                         each_lane(values)[j * L + lane] = own[j]

@@ -30,11 +30,14 @@ def random(seed: int, number: int) -> float:
 
 
 @called
-def random_values(problem: Pointer, seed: int, start: int, values: Pointer) -> None:
-    """Joint values of a random start, uniform inside the limits."""
+def random_values(problem: Pointer, seed: int, start: int, loose: float, values: Pointer) -> None:
+    """Joint values of a random start, uniform inside the limits, with as much beyond as makes a full turn."""
     for j in range(int(problem[lay.COUNT])):
         at = lay.HEAD + j * lay.STRIDE
         low, high = problem[at + lay.FROM], problem[at + lay.TO]
+        if loose > 0.0 and problem[at + lay.PERIODIC] > 0.0:
+            beyond = min(max(math.pi - 0.5 * (high - low), 0.0), loose)
+            low, high = low - beyond, high + beyond
         values[j] = low + (high - low) * random(seed, 16 * start + j)
 
 

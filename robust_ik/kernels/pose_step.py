@@ -142,15 +142,16 @@ def step(
     moving: Pointer,
     zero: Number,
 ) -> None:
-    """Moves the values of lanes where moving > 0."""
-    count = int(problem[lay.COUNT])
+    """Moves the values of lanes where moving > 0; what it is beyond 1 is added to the limits of periodic joints."""
+    count, loose = int(problem[lay.COUNT]), where(moving[0] > 1.0, moving[0] - 1.0, zero)
     columns(problem, axes, end, error, scale, J, zero)
     A, e, y = stack(zero, SIX, W8), stack(zero, ONE, W8), stack(zero, ONE, W16)
     for r in range(3):
         e[r], e[3 + r] = error[r], scale * error[3 + r]
     for j in range(count):
         at = lay.HEAD + j * lay.STRIDE
-        low, high = problem[at + lay.LOWER], problem[at + lay.UPPER]
+        room = problem[at + lay.PERIODIC] * loose
+        low, high = problem[at + lay.LOWER] - room, problem[at + lay.UPPER] + room
         g, v = along(J, j, e), values[j]
         keep = where((v <= low) & (g < 0.0), zero, where((v >= high) & (g > 0.0), zero, zero + 1.0))
         if somewhere(keep < 1.0):
@@ -161,8 +162,9 @@ def step(
     solve(A, MU * E + FLOOR, e, y, zero)
     for j in range(count):
         at = lay.HEAD + j * lay.STRIDE
-        low, high = problem[at + lay.LOWER], problem[at + lay.UPPER]
+        room = problem[at + lay.PERIODIC] * loose
+        low, high = problem[at + lay.LOWER] - room, problem[at + lay.UPPER] + room
         v = values[j]
         new = v + along(J, j, y)
-        new = where(new < low, zero + low, where(new > high, zero + high, new))
+        new = where(new < low, low, where(new > high, high, new))
         values[j] = where(moving[0] > 0.0, new, v)

@@ -36,7 +36,7 @@ def fill(problem: Pointer) -> None:
     values, normal = stack(0.0, ONE, W16), stack(0.0, ONE, W8)
     table, first = further(problem, int(problem[lay.TABLE])), int(problem[lay.SEEDS])
     for seed in range(first):
-        random_values(problem, 0, seed, values)
+        random_values(problem, 0, seed, 0.0, values)
         enter(problem, values, seed)
     if problem[lay.SYMMETRIC] > 0.0 and problem[lay.COUNT] > 6 and problem[lay.BOUND] < math.inf:
         edges, tried = 0, 0
