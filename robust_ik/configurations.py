@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from robust_ik.checks import Array, as_array, check_leading_axes
 from robust_ik.errors import InputError
@@ -32,6 +32,11 @@ class Configurations:
     def joint_names(self) -> tuple[str, ...]:
         """The independent joints, in the order of q̇."""
         return self._joints.names
+
+    @property
+    def sliding(self) -> NDArray[np.bool_]:
+        """Which of the independent joints slide, (n,)."""
+        return self._joints.prismatic
 
     @property
     def neutral(self) -> Array:

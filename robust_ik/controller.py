@@ -17,9 +17,12 @@ from robust_ik.limits import JointLimits, Limit
 from robust_ik.problem import TaskEquation, VelocityProblem, stacked
 from robust_ik.resolution import Resolution
 from robust_ik.resolvers import Resolver, TaskPriority
+from robust_ik.resolvers.base import InverseResolver
 from robust_ik.resolvers.verdict import reductions, verdict
 from robust_ik.robot import Robot
+from robust_ik.scales import chosen_length_scale
 from robust_ik.tasks import Stack, Task, checked_stack
+from robust_ik.units import Units
 
 ATTEMPTS = 4
 """How often a step is resolved until limits hold at its end."""
@@ -37,6 +40,7 @@ class VelocityController:
         robot: The robot.
         resolver: What resolves levels and bounds.
         limits: What is respected, the strongest first.
+        length_scale: What a resolver is told lengths in, m: 1, or for robots much larger or smaller their own size.
         qdot: The joint velocities of the last step, (n,); at rest before the first.
     """
 
@@ -45,6 +49,8 @@ class VelocityController:
         robot: Robot,
         resolver: Resolver | RobustInverse | None = None,
         limits: Sequence[Limit] | Limit | None = None,
+        *,
+        length_scale: float | None = None,
     ) -> None:
         """A controller at rest.
 
@@ -53,6 +59,9 @@ class VelocityController:
             resolver: A resolver; an inverse stands for `TaskPriority` with it; default `TaskPriority(JParse())`.
             limits: Limits; where they contradict each other, the first wins. Default the robot's own position and
                 speed limits, `JointLimits.of(robot)`; () for none.
+            length_scale: L, m per rad: rows in metres, and joints that slide, are divided by it before they are
+                resolved. Default `robot.length_scale`, 1 m for robots of usual size; 1 where an inverse has weights of
+                rows or a length scale of its own.
 
         Raises:
             InputError: Something is of another kind.
@@ -63,6 +72,9 @@ class VelocityController:
         self.resolver = as_resolver(resolver)
         self.limits = _checked_limits(robot, limits)
         self._watching = [limit for limit in self.limits if type(limit).tightened is not Limit.tightened]
+        inverses = self.resolver.inverses if isinstance(self.resolver, InverseResolver) else ()
+        self.length_scale = chosen_length_scale(robot, inverses, length_scale)
+        self._units = Units(self.length_scale, robot.sliding)
         self.reset()
 
     def reset(self, qdot: ArrayLike | None = None) -> None:
@@ -110,7 +122,7 @@ class VelocityController:
         tried, found = problem, None
         for _ in range(ATTEMPTS):
             self._driver = copy.deepcopy(begun) if remembers and self._watching else begun
-            latest = self._driver.resolve(tried)
+            latest = self._units.resolution(tried, self._driver.resolve(self._units.problem(tried)))
             if found is not None and len(latest.contradictions) > len(found.contradictions):
                 break  # no more can be asked for
             found = latest
@@ -137,9 +149,20 @@ class VelocityController:
             tighter = self._tightened(q, qdot, dt, bounds)
             if tighter is None:
                 missed = bounds.rows @ qdot < bounds.floor - CONTRADICTION
-                return _verdict(problem, qdot, share * found.scale, found, missed)
+                return self._verdict(problem, qdot, share * found.scale, found, missed)
             broken = tighter.floor > bounds.floor
-        return _verdict(problem, found.qdot, found.scale, found, broken)
+        return self._verdict(problem, found.qdot, found.scale, found, broken)
+
+    def _verdict(
+        self, problem: VelocityProblem, qdot: Array, scales: Array, found: Resolution, yielded: NDArray[np.bool_]
+    ) -> Resolution:
+        """What came of a step in whose place another one was found; rows that had to yield are named."""
+        names = [*found.contradictions, *(cause for cause, yields in zip(problem.bounds.row_cause, yielded) if yields)]
+        bounds = replace(problem.bounds, contradictions=tuple(dict.fromkeys(names)))
+        problem = replace(problem, bounds=bounds)
+        told = self._units.problem(problem)
+        answer = verdict(told, qdot / self._units.joints, scales.tolist(), reductions(told))
+        return self._units.resolution(problem, answer)
 
     def _problem(self, q: Array, stack: Stack, dt: float) -> VelocityProblem:
         hessian = self.resolver.needs_hessian
@@ -151,15 +174,6 @@ class VelocityController:
         for limit in reversed(self.limits):
             bounds = bounds.within(limit.bounds(self.robot, q, self.qdot, dt))
         return VelocityProblem(levels, bounds)
-
-
-def _verdict(
-    problem: VelocityProblem, qdot: Array, scales: Array, found: Resolution, yielded: NDArray[np.bool_]
-) -> Resolution:
-    """What came of a step in whose place another one was found; rows that had to yield are named."""
-    names = [*found.contradictions, *(cause for cause, yields in zip(problem.bounds.row_cause, yielded) if yields)]
-    bounds = replace(problem.bounds, contradictions=tuple(dict.fromkeys(names)))
-    return verdict(replace(problem, bounds=bounds), qdot, scales.tolist(), reductions(problem))
 
 
 def as_resolver(given: Resolver | RobustInverse | None) -> Resolver:

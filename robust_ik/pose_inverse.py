@@ -9,9 +9,11 @@ from typing import Any, Unpack
 
 from numpy.typing import ArrayLike
 
+from robust_ik.chain import Chain
 from robust_ik.checks import Array
 from robust_ik.frame_kinematics import FrameKinematics
 from robust_ik.pose_ik import PoseOptions, PoseResult, PoseResults, PoseSolver, wanted_rows
+from robust_ik.pose_ik.size import find_size, is_usual, offsets_of, unit_of
 from robust_ik.rows import checked_rows
 
 
@@ -21,6 +23,30 @@ class PoseInverse(FrameKinematics):
     lower: Array
     upper: Array
     rest: Array
+
+    @cached_property
+    def size(self) -> float:
+        """What the links from the first axis to the tip span, m; 0 where no joint moves the tip's point.
+
+        Joints that slide count where they are nearest zero; their travel only where links alone are shorter than a
+        metre. Of a whole tree, the size of the limb with the longest offsets.
+        """
+        return find_size(self._longest_chain, self.lower, self.upper)
+
+    @cached_property
+    def length_scale(self) -> float:
+        """The length that stands for one metre, m per rad, where lengths are compared with angles or with tolerances.
+
+        1 m for robots of 0.2 to 10 m; for others the power of two that is nearest to their `size`, so that a robot
+        does the same whatever its lengths are told in.
+        """
+        return 1.0 if is_usual(self._longest_chain) else unit_of(self.size)
+
+    @cached_property
+    def _longest_chain(self) -> Chain:
+        if self.tip is not None:
+            return self.chain()
+        return max(map(self.chain, self.description.leaves), key=lambda chain: float(offsets_of(chain)[1:].sum()))
 
     @cached_property
     def _pose_solvers(self) -> dict[tuple[str | None, tuple[str, ...]], PoseSolver]:
@@ -40,7 +66,7 @@ class PoseInverse(FrameKinematics):
         names = self.rows if rows is None else checked_rows(rows)
         solver = self._pose_solvers.get((frame, names))
         if solver is None:
-            solver = PoseSolver(self.chain(frame), self.lower, self.upper, self.rest, names)
+            solver = PoseSolver(self.chain(frame), self.lower, self.upper, self.rest, names, self.length_scale)
             self._pose_solvers[frame, names] = solver
         return solver
 
@@ -55,7 +81,8 @@ class PoseInverse(FrameKinematics):
     ) -> PoseResult:
         """Inverse kinematics: a configuration inside joint limits whose pose is the target, or is the closest to it.
 
-        Closest is meant in E = ‖Δp‖² + L² ‖Δr‖², in m and rad, over the wanted rows, where L is `length_scale`.
+        Closest is meant in E = ‖Δp‖² + L² ‖Δr‖², in m and rad, over the wanted rows, where L is `length_scale`,
+        by default the robot's: 1 m per rad for robots of usual size.
 
         Args:
             target: A pose (4, 4), or a position (3,), m; then rotations are free.

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robust_ik.bounds import Bounds
 from robust_ik.checks import Array
@@ -21,6 +22,8 @@ class TaskEquation:
         error: Target minus current in the units of the task, (m,).
         hessian: ∂J/∂q, (m, n, n), where somebody asked for it and the task has one.
         weight: Weight of its rows against those of other tasks of the same level.
+        lengths: Which rows of error are in metres, (m,); None if none is. Robots much larger or smaller than a metre
+            are told so in units of their own.
     """
 
     J: Array
@@ -28,6 +31,7 @@ class TaskEquation:
     error: Array
     hessian: Array | None = None
     weight: float = 1.0
+    lengths: NDArray[np.bool_] | None = None
 
 
 def stacked(equations: Sequence[TaskEquation]) -> TaskEquation:
@@ -43,7 +47,12 @@ def stacked(equations: Sequence[TaskEquation]) -> TaskEquation:
         xdot=np.concatenate([each.weight * each.xdot for each in equations]),
         error=np.concatenate([each.weight * each.error for each in equations]),
         hessian=np.concatenate(hessians) if len(hessians) == len(equations) else None,
+        lengths=np.concatenate([_lengths(each) for each in equations]),
     )
+
+
+def _lengths(equation: TaskEquation) -> NDArray[np.bool_]:
+    return np.zeros(len(equation.xdot), dtype=bool) if equation.lengths is None else equation.lengths
 
 
 @dataclass(frozen=True, eq=False)

@@ -180,6 +180,7 @@ def _tip_facts(robot: Robot, reach: Reach) -> Iterable[tuple[str, str]]:
     s = svd(J).s
     condition = float(condition_number(J))
     yield "tip", visible(robot.tip)
+    yield "size", f"{robot.size:.3g} m (length scale {robot.length_scale:.3g} m)"
     yield "task rows", " ".join(robot.rows)
     yield "rest joints", "  ".join(f"{value:.4g}" for value in robot.joint_values(robot.rest))
     yield "tip at rest", "  ".join(f"{value:.4g}" for value in robot.pose(robot.rest)[:3, 3].round(9) + 0.0) + " m"

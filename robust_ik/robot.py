@@ -74,7 +74,14 @@ class Robot(PoseInverse):
     @property
     def notes(self) -> tuple[str, ...]:
         """What a user should know of how the file was read and the tip chosen, a sentence each."""
-        return self.description.notes + ((self.guess,) if self.guess else ())
+        return self.description.notes + ((self.guess,) if self.guess else ()) + self._scale_note
+
+    @property
+    def _scale_note(self) -> tuple[str, ...]:
+        if self.tip is None or self.length_scale == 1.0:
+            return ()
+        size, scale = f"{self.size:.3g}", f"{self.length_scale:.3g}"
+        return (f"its links span {size} m: lengths are compared with angles in units of {scale} m (docs/scale.md)",)
 
     def _told(self) -> Self:
         """The robot, after its notes were logged; a note of a file is logged once."""

@@ -37,6 +37,7 @@ def simulate(
     duration: float,
     dt: float = 0.01,
     limits: Sequence[Limit] | Limit | None = None,
+    length_scale: float | None = None,
     progress: Told | None = None,
 ) -> Trajectory: ...
 
@@ -54,6 +55,7 @@ def simulate(
     duration: float | None = None,
     dt: float = 0.01,
     limits: Sequence[Limit] | Limit | None = None,
+    length_scale: float | None = None,
     progress: Told | None = None,
 ) -> Trajectory:
     """Runs a stack of tasks from q0 on, explicit Euler; or a scenario, which says all but the method.
@@ -66,6 +68,7 @@ def simulate(
         duration: Seconds to run.
         dt: Time step, s. Feedback is stable for gain · dt < 2 with an inverse that is at most exact.
         limits: As for `VelocityController`: by default the robot's own; () for none.
+        length_scale: As for `VelocityController`.
         progress: Called with (steps done, steps in all); by default a bar appears in a terminal if it takes long.
 
     Raises:
@@ -80,7 +83,7 @@ def simulate(
     if q.ndim != 1:
         raise InputError(f"q0 must be one configuration, got shape {q.shape}")
     steps = _number_of_steps(duration, dt)
-    controller = VelocityController(robot, resolver, limits)
+    controller = VelocityController(robot, resolver, limits, length_scale=length_scale)
     if progress is None:
         with progress_bar(f"simulating {robot.name}") as told:
             return _run(controller, motion, q, steps, dt, told)

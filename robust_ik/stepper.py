@@ -16,6 +16,7 @@ from robust_ik.inverses import DampedLeastSquares, RobustInverse
 from robust_ik.kernels.program import TOO_LARGE, UNLIKE
 from robust_ik.robot import Robot
 from robust_ik.rows import checked_rows
+from robust_ik.scales import chosen_length_scale, in_units
 from robust_ik.step_program import Program
 
 SIDE_BY_SIDE = 8
@@ -32,6 +33,7 @@ class Stepper:
     Attributes:
         robot: Whose tip or frame moves.
         inverse: What inverts the Jacobian; Weighted is one of them.
+        length_scale: What lengths are told in, m: 1, or for robots much larger or smaller their own size.
         compiled: Whether a step is one compiled call.
     """
 
@@ -43,6 +45,7 @@ class Stepper:
         frame: str | None = None,
         reference: Reference = "local_world_aligned",
         rows: Sequence[str] | None = None,
+        length_scale: float | None = None,
     ) -> None:
         """Prepares the step.
 
@@ -52,6 +55,8 @@ class Stepper:
             frame: Link or joint that moves; default the tip.
             reference: Of the twist; see `Robot.jacobian`.
             rows: Task rows, of x y z wx wy wz; default the robot's.
+            length_scale: L, m per rad: rows in metres, and joints that slide, are divided by it; default as for
+                `VelocityController`.
 
         Raises:
             InputError: The inverse is none, or there is no such reference or row.
@@ -61,8 +66,11 @@ class Stepper:
         self.inverse = DampedLeastSquares() if inverse is None else inverse
         if not isinstance(self.inverse, RobustInverse):
             raise InputError(f"inverse must be a RobustInverse, got {inverse!r}")
-        self._made_of = (frame, reference, robot.rows if rows is None else checked_rows(rows))
-        self._program = Program.of(robot.chain(frame), self.inverse, reference, self._made_of[2])
+        self.length_scale = chosen_length_scale(robot, (self.inverse,), length_scale)
+        chosen = robot.rows if rows is None else checked_rows(rows)
+        self._made_of = (frame, reference, chosen, self.length_scale)
+        scaled = in_units(self.inverse, robot, chosen, self.length_scale)
+        self._program = Program.of(robot.chain(frame), scaled, reference, chosen)
         self._address, self._setup = self._program.address, int(self._program.addresses.ctypes.data)
         self._step = self._program.step if self._program.careful else _unlike
         self._step_beside = self._program.step_beside if self._program.careful else _unlike
@@ -199,9 +207,14 @@ def _unlike(*_: Any) -> int:
 
 
 def _again(
-    robot: Robot, inverse: RobustInverse, frame: str | None, reference: Reference, rows: Sequence[str]
+    robot: Robot,
+    inverse: RobustInverse,
+    frame: str | None,
+    reference: Reference,
+    rows: Sequence[str],
+    length_scale: float,
 ) -> Stepper:
-    return Stepper(robot, inverse, frame=frame, reference=reference, rows=rows)
+    return Stepper(robot, inverse, frame=frame, reference=reference, rows=rows, length_scale=length_scale)
 
 
 def _checked_out(out: Array, shape: tuple[int, ...]) -> Array:

@@ -15,7 +15,7 @@ from robust_ik.rows import ROWS
 
 POSITIONS = ROWS[:3]
 FARTHEST = 1e9
-"""Positions and joint values beyond this are refused, m or rad."""
+"""Positions and joint values beyond this are refused, in units of length or rad."""
 
 
 def wanted_rows(
@@ -69,14 +69,16 @@ def plain(value: ArrayLike, name: str) -> Array:
     return np.array(as_array(value, name, ()), dtype=float, order="C")
 
 
-def as_poses(targets: ArrayLike) -> Array:
-    """Poses (..., 4, 4) or positions (..., 3) → rigid poses, (..., 4, 4)."""
+def as_poses(targets: ArrayLike, unit: float = 1.0) -> Array:
+    """Poses (..., 4, 4) or positions (..., 3) → rigid poses, (..., 4, 4); unit: of what is far."""
     T = as_array(targets, "targets", ())
     if T.ndim and T.shape[-1] == 3:
         T = _with_position(T)
     elif T.shape[-2:] != (4, 4):
         raise InputError(f"targets must be poses (..., 4, 4) or positions (..., 3), got shape {T.shape}")
-    return check_far(checked_rigid(T, "targets"), "targets")
+    rigid = checked_rigid(T, "targets")
+    check_far(rigid[..., :3, 3], "targets", unit)
+    return rigid
 
 
 def as_starts(q0: ArrayLike, rest: Array) -> Array:
@@ -84,10 +86,11 @@ def as_starts(q0: ArrayLike, rest: Array) -> Array:
     return check_far(as_array(q0, "q0", rest.shape), "q0")
 
 
-def check_far(array: Array, name: str) -> Array:
+def check_far(array: Array, name: str, unit: float = 1.0) -> Array:
     """Refuses numbers whose squares are of no use."""
-    if (np.abs(array) > FARTHEST).any():
-        raise InputError(f"{name} must lie within {FARTHEST:g} m or rad, got {np.abs(array).max():g}")
+    farthest = FARTHEST * unit
+    if (np.abs(array) > farthest).any():
+        raise InputError(f"{name} must lie within {farthest:g} m or rad, got {np.abs(array).max():g}")
     return array
 
 
@@ -97,8 +100,8 @@ def _with_position(p: Array) -> Array:
     return T
 
 
-def refuse(target: Array, q0: Array, rest: Array) -> NoReturn:
+def refuse(target: Array, q0: Array, rest: Array, unit: float = 1.0) -> NoReturn:
     """Says why the kernel refused a target or a q0."""
-    check_far(checked_rigid(target, "target"), "target")
+    check_far(checked_rigid(target, "target")[:3, 3], "target", unit)
     check_far(as_array(q0, "q0", rest.shape), "q0")
     raise InputError("q0 must hold cosine and sine of continuous joints, of length 1; Robot.configuration makes them")

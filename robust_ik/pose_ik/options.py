@@ -26,19 +26,20 @@ class PoseOptions(TypedDict, total=False):
         solutions: How many distinct ones to look for, 1 to 64; fewer may exist, or be found.
         effort: "normal", or "thorough" for the last percent where the target is out of reach, or for the best of 32
             solutions: a few milliseconds.
-        position_tolerance: Of a solution, m; default 1e-8.
+        position_tolerance: Of a solution, m; default 1e-8 times the robot's length scale, which is 1 m for usual ones.
         rotation_tolerance: Of a solution, rad; default 1e-8.
-        length_scale: L, m per rad: what a rotation weighs against a distance; default 1.
-        apart: Solutions differ in some joint by so much, full turns aside, rad or m; default 0.1.
+        length_scale: L, m per rad: what a rotation weighs against a distance; default the robot's, 1 for usual ones.
+        apart: Solutions differ in some joint by so much, full turns aside, rad, or times the robot's length scale
+            where it slides; default 0.1.
         rng: For random starts; by default the same ones for every call.
     """
 
     prefer: Prefer
     solutions: int
     effort: Effort
-    position_tolerance: float
+    position_tolerance: float | None
     rotation_tolerance: float
-    length_scale: float
+    length_scale: float | None
     apart: float
     rng: np.random.Generator | None
 
@@ -50,6 +51,8 @@ PREFERENCES = {
     "singularity": lay.SINGULARITY,
 }
 EFFORTS = ("normal", "thorough")
+POSITION_TOLERANCE = 1e-8
+"""Of the unit of lengths."""
 CANDIDATES, MORE_CANDIDATES = 8, 32
 """Solutions that are compared where one has to be chosen, with normal and with thorough effort."""
 STARTS, STARTS_EACH = 24, 16
@@ -60,14 +63,15 @@ def pack_options(
     prefer: str,
     solutions: int,
     effort: str,
-    position: float,
+    position: float | None,
     rotation: float,
-    scale: float,
+    scale: float | None,
     apart: float,
     *,
     seed: int,
+    unit: float = 1.0,
 ) -> Array:
-    """See `kernels.pose_layout`; the arguments are those of `PoseSolver.solve`.
+    """See `kernels.pose_layout`; the arguments are those of `PoseSolver.solve`, and the unit of lengths of kernels.
 
     Raises:
         InputError: One of them cannot be meant.
@@ -83,9 +87,11 @@ def pack_options(
     compared = prefer in ("limits", "singularity") or (thorough and prefer == "nearest")
     wanted = max(int(solutions), (MORE_CANDIDATES if thorough else CANDIDATES) if compared else 1)
     packed = np.zeros(lay.OPTIONS)
-    packed[lay.POSITION_TOLERANCE] = checked_parameter("position_tolerance", position, above=0)
+    packed[lay.POSITION_TOLERANCE] = POSITION_TOLERANCE
+    if position is not None:
+        packed[lay.POSITION_TOLERANCE] = checked_parameter("position_tolerance", position, above=0) / unit
     packed[lay.ROTATION_TOLERANCE] = checked_parameter("rotation_tolerance", rotation, above=0)
-    packed[lay.SCALE] = checked_parameter("length_scale", scale, above=0)
+    packed[lay.SCALE] = 1.0 if scale is None else checked_parameter("length_scale", scale, above=0) / unit
     packed[lay.APART] = checked_parameter("apart", apart, above=0)
     packed[lay.PREFER], packed[lay.WANTED], packed[lay.RANDOM] = PREFERENCES[prefer], wanted, seed
     packed[lay.POLISHED], packed[lay.THOROUGH] = lay.MOST_POLISHED, thorough

@@ -22,12 +22,11 @@ from robust_ik.pose_ik.inputs import as_pose, as_poses, as_start, as_starts, pla
 from robust_ik.pose_ik.options import Effort, Prefer, pack_options
 from robust_ik.pose_ik.packing import pack
 from robust_ik.pose_ik.result import PoseResult, PoseResults, SeveralSolutions
+from robust_ik.pose_ik.units import PoseUnits
 from robust_ik.rows import ROWS
 
-POSITION_TOLERANCE, ROTATION_TOLERANCE = 1e-8, 1e-8
-
-LENGTH_SCALE, APART = 1.0, 0.1
-USUAL = ("nearest", 1, "normal", POSITION_TOLERANCE, ROTATION_TOLERANCE, LENGTH_SCALE, APART)
+ROTATION_TOLERANCE, APART = 1e-8, 0.1
+USUAL = ("nearest", 1, "normal", None, ROTATION_TOLERANCE, None, APART)
 MOST_KEPT = 64
 """Sets of options that a solver keeps as kernels read them."""
 
@@ -46,6 +45,7 @@ class PoseSolver:
         upper: The same.
         rest: Where a search begins without a q0, (nq,).
         rows: Wanted rows, of x y z wx wy wz.
+        unit: The length that stands for one metre, m; see `Robot.length_scale`.
     """
 
     chain: Chain
@@ -53,14 +53,23 @@ class PoseSolver:
     upper: Array
     rest: Array
     rows: tuple[str, ...]
+    unit: float = 1.0
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.chain, self.lower, self.upper, self.rest, self.rows)
+        return type(self), (self.chain, self.lower, self.upper, self.rest, self.rows, self.unit)
 
     @cached_property
     def problem(self) -> Array:
         """What kernels read, with the table of starts."""
-        return pack(self.chain, self.lower, self.upper, self.rows)
+        if self.units is None:
+            return pack(self.chain, self.lower, self.upper, self.rows)
+        joints = self.units.joints
+        return pack(self.units.chain(self.chain), self.lower / joints, self.upper / joints, self.rows)
+
+    @cached_property
+    def units(self) -> PoseUnits | None:
+        """What lengths of kernels are in, None for metres."""
+        return None if self.unit == 1.0 else PoseUnits.of(self.chain, self.unit)
 
     @cached_property
     def _setups(self) -> dict[Any, Setup]:
@@ -74,7 +83,12 @@ class PoseSolver:
 
     @cached_property
     def quickly(self) -> Callable[[Any, Any], PoseResult | None]:
-        """`solve` where nothing is said of options, half a microsecond faster; None unless given arrays of doubles."""
+        """`solve` where nothing is said of options, half a microsecond faster; None unless given arrays of doubles.
+
+        None, too, where lengths are not in metres.
+        """
+        if self.units is not None:
+            return lambda target, q0: None  # noqa: ARG005
         setup = Setup(self.problem, pack_options(*USUAL, seed=0))
         kernel, rest, nq, empty = self._kernel, self.rest, len(self.rest), np.empty
 
@@ -94,9 +108,9 @@ class PoseSolver:
         prefer: Prefer = "nearest",
         solutions: int = 1,
         effort: Effort = "normal",
-        position_tolerance: float = POSITION_TOLERANCE,
+        position_tolerance: float | None = None,
         rotation_tolerance: float = ROTATION_TOLERANCE,
-        length_scale: float = LENGTH_SCALE,
+        length_scale: float | None = None,
         apart: float = APART,
         rng: np.random.Generator | None = None,
     ) -> PoseResult:
@@ -106,14 +120,23 @@ class PoseSolver:
         )
         T, start = as_pose(target), self.rest if q0 is None else as_start(q0, self.rest)
         q, numbers = np.empty((setup.wanted, len(self.rest))), np.empty(lay.NUMBERS)
-        if not self._kernel(setup.address, T, start, q, numbers):
+        if not self._ask(setup, T, start, q, numbers):
             # Another type of number or layout, or what cannot be meant.
             T, start = as_pose(plain(target, "target")), as_start(plain(start, "q0"), self.rest)
-            if not self._kernel(setup.address, T, start, q, numbers):
-                refuse(T, start, self.rest)
+            if not self._ask(setup, T, start, q, numbers):
+                refuse(T, start, self.rest, self.unit)
         if setup.wanted == 1:
             return PoseResult(q[0], numbers, self)
         return SeveralSolutions(q[: min(max(int(numbers[lay.FOUND]), 1), int(solutions))], numbers, self)
+
+    def _ask(self, setup: Setup, T: Array, start: Array, q: Array, numbers: Array) -> bool:
+        """What the kernel says of one target, whether it takes it."""
+        if self.units is None:
+            return bool(self._kernel(setup.address, T, start, q, numbers))
+        taken = self._kernel(setup.address, self.units.targets(T), start / self.units.q, q, numbers)
+        if taken:
+            self.units.restore(q, numbers)
+        return bool(taken)
 
     def solve_many(
         self,
@@ -123,9 +146,9 @@ class PoseSolver:
         prefer: Prefer = "nearest",
         solutions: int = 1,
         effort: Effort = "normal",
-        position_tolerance: float = POSITION_TOLERANCE,
+        position_tolerance: float | None = None,
         rotation_tolerance: float = ROTATION_TOLERANCE,
-        length_scale: float = LENGTH_SCALE,
+        length_scale: float | None = None,
         apart: float = APART,
         rng: np.random.Generator | None = None,
         threads: int = 1,
@@ -136,16 +159,20 @@ class PoseSolver:
         options = self._prepared(
             prefer, solutions, effort, position_tolerance, rotation_tolerance, length_scale, apart, rng
         ).options
-        T, start = as_poses(targets), as_starts(self.rest if q0 is None else q0, self.rest)
+        T, start = as_poses(targets, self.unit), as_starts(self.rest if q0 is None else q0, self.rest)
         shape = T.shape[:-2]
         check_leading_axes("targets", shape, "q0", start.shape[:-1])
         if start.ndim > 1:
             shape = np.broadcast_shapes(shape, start.shape[:-1])
             T, start = np.broadcast_to(T, (*shape, 4, 4)), np.broadcast_to(start, (*shape, len(self.rest)))
+        if self.units is not None:
+            T, start = self.units.targets(T), start / self.units.q
         pieces = cut(T.reshape(-1, 4, 4), start.reshape(-1, len(self.rest)), options, int(solutions))
         done = run(self, pieces, threads, executor, progress)
         q = np.concatenate([each for each, _ in done]) if done else np.empty((0, int(solutions), len(self.rest)))
         numbers = np.concatenate([each for _, each in done]) if done else np.empty((0, lay.NUMBERS))
+        if self.units is not None:
+            self.units.restore(q, numbers)
         return PoseResults(q.reshape(*shape, *q.shape[1:]), self, numbers.reshape(*shape, lay.NUMBERS))
 
     def singular_values(self, q: Array) -> Array:
@@ -159,17 +186,20 @@ class PoseSolver:
         if rng is not None:
             if not isinstance(rng, np.random.Generator):
                 raise InputError(f"rng must be a numpy Generator or None, got {rng!r}")
-            return Setup(self.problem, pack_options(*given[:-1], seed=int(rng.integers(2**53))))
+            return Setup(self.problem, self._packed(given, int(rng.integers(2**53))))
         key = (*given, *map(type, given))  # True is not 1 here
         try:
             return self._setups[key]
         except (KeyError, TypeError):
-            made = Setup(self.problem, pack_options(*given[:-1], seed=0))
+            made = Setup(self.problem, self._packed(given, 0))
         if len(self._setups) >= MOST_KEPT:
             self._setups.clear()
         with suppress(TypeError):  # arrays of one number cannot be kept by
             self._setups[key] = made
         return made
+
+    def _packed(self, given: tuple[Any, ...], seed: int) -> Array:
+        return pack_options(*given[:-1], seed=seed, unit=self.unit)
 
 
 class Setup:

@@ -13,8 +13,9 @@ from robust_ik.checks import Array
 
 ROUNDS = 60
 MOST_CORNERS = 6
-"""Sliding joints between two that turn; more are not bounded."""
+"""Sliding joints with some travel between two that turn; more are not bounded."""
 SHORTEST = 1e-9
+"""Gaps between axes count as at least so much, of the unit of lengths."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +51,7 @@ def find_span(chain: Chain, lower: Array, upper: Array, *, oriented: bool) -> Sp
     finite = np.isfinite(ends).all(axis=0)
     low, high = np.where(finite, ends, 0.0)
     middle, half = (low + high) / 2, np.where(finite, (high - low) / 2, np.inf)
-    axes, origins, tip = _at_zero(chain, np.where(chain.sliding, middle, 0.0))
+    axes, origins, tip = at_zero(chain, np.where(chain.sliding, middle, 0.0))
     turning = np.flatnonzero(~chain.sliding)
     nodes, directions = origins[turning], axes[turning]
     on_axis = oriented and len(turning) > 0 and turning[-1] == len(chain) - 1
@@ -65,7 +66,7 @@ def find_span(chain: Chain, lower: Array, upper: Array, *, oriented: bool) -> Sp
     return Span(points[0], tip[:3, :3].T @ (points[-1] - tip[:3, 3]), total)
 
 
-def _at_zero(chain: Chain, slid: Array) -> tuple[Array, Array, Array]:
+def at_zero(chain: Chain, slid: Array) -> tuple[Array, Array, Array]:
     """Axes, points on them and the frame where joints that turn are at zero."""
     T, axes, origins = np.eye(4), np.empty((len(chain), 3)), np.empty((len(chain), 3))
     for i in range(len(chain)):
@@ -95,6 +96,7 @@ def _closest(nodes: Array, directions: Array) -> Array:
 
 def _farthest(link: Array, axes: Array, half: Array) -> float:
     """The greatest length of a link with what joints that slide add to it, either way: at a corner."""
+    axes, half = axes[half > 0], half[half > 0]
     if len(half) > MOST_CORNERS or not np.isfinite(half).all():
         return math.inf
     corners = np.array(list(itertools.product((-1.0, 1.0), repeat=len(half))))

@@ -31,6 +31,7 @@ class Task(abc.ABC):
             return TaskEquation(robot.jacobian(q, rows=("z",)), self.gain * error, error, H, self.weight)
     ```
 
+    Rows in metres may be named in `TaskEquation.lengths`, for robots that are much larger or smaller than one.
     Its Jacobian is the derivative of what is controlled, J = −∂error/∂q for a constant target; a row that is zero asks
     for nothing.
 

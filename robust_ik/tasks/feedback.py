@@ -12,7 +12,7 @@ from robust_ik.problem import TaskEquation
 from robust_ik.robot import Robot
 from robust_ik.rows import ROWS
 from robust_ik.tasks.pose_error import error_in_rows
-from robust_ik.tasks.selection import indices, one_configuration
+from robust_ik.tasks.selection import indices, lengths, one_configuration
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,9 +72,9 @@ class Feedback:
         limited = np.concatenate([capped(error[:3], self.max_linear), capped(error[3:], self.max_angular)])
         xdot = feedforward + self.gain * limited
         if rows == ROWS:
-            return TaskEquation(J, xdot, error, H, self.weight)
-        kept = indices(rows)
-        return TaskEquation(J[kept], xdot[kept], error[kept], None if H is None else H[kept], self.weight)
+            return TaskEquation(J, xdot, error, H, self.weight, lengths(rows))
+        kept, H = indices(rows), None if H is None else H[indices(rows)]
+        return TaskEquation(J[kept], xdot[kept], error[kept], H, self.weight, lengths(rows))
 
 
 def capped(vector: Array, longest: float) -> Array:

@@ -18,6 +18,7 @@ from robust_ik.tasks.selection import (
     checked_frame,
     checked_selection,
     indices,
+    lengths,
     one_configuration,
     one_vector,
     task_rows,
@@ -64,4 +65,4 @@ class PositionTask(Task):
         error = (self.target - robot.pose(q, self.frame)[:3, 3])[kept]
         xdot = self.feedforward[kept] + self.gain * capped(error, self.max_linear)
         H = robot.hessian(q, self.frame, rows=rows) if hessian else None
-        return TaskEquation(robot.jacobian(q, self.frame, rows=rows), xdot, error, H, self.weight)
+        return TaskEquation(robot.jacobian(q, self.frame, rows=rows), xdot, error, H, self.weight, lengths(rows))

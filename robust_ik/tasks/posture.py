@@ -65,4 +65,4 @@ def joint_equation(
 ) -> TaskEquation:
     """The rows q̇_i = ẋ_i of some joints."""
     H = np.zeros((len(kept), robot.n, robot.n)) if hessian else None
-    return TaskEquation(np.eye(robot.n)[kept], xdot, error, H, weight)
+    return TaskEquation(np.eye(robot.n)[kept], xdot, error, H, weight, robot.sliding[kept])

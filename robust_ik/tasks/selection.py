@@ -131,3 +131,8 @@ def joint_indices(robot: Robot, joints: tuple[str, ...] | None) -> NDArray[np.in
             follows = f"{name!r} follows {driver.source!r}; " if driver and driver.source in names else ""
             raise FrameNotFoundError(f"{robot.name} has no independent joint {name!r}; {follows}{suggest(name, names)}")
     return np.array([names.index(name) for name in joints], dtype=np.intp)
+
+
+def lengths(rows: tuple[str, ...]) -> NDArray[np.bool_]:
+    """Which of some rows are in metres, (m,)."""
+    return np.array([row in ROWS[:3] for row in rows])

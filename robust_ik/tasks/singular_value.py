@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, checked_parameter
 from robust_ik.derivatives import singular_value_gradients
 from robust_ik.errors import InputError
 from robust_ik.linalg import RANK_TOLERANCE, svd
+from robust_ik.problem import TaskEquation
+from robust_ik.robot import Robot
 from robust_ik.rows import ROWS
 from robust_ik.tasks.climbing import ClimbingTask
 
@@ -28,23 +31,30 @@ class SingularValueTask(ClimbingTask):
 
     Attributes:
         index: Which one, of descending order; default the last, the smallest.
-        length_scale: m per rad, multiplies the angular rows, so that metres and radians can be compared.
+        length_scale: m per rad, multiplies the angular rows, so that metres and radians can be compared; default the
+            robot's.
 
     Source: Almarkhi-Maciejewski, eq. (7).
     """
 
     index: int = field(default=-1, kw_only=True)
-    length_scale: float = field(default=1.0, kw_only=True)
+    length_scale: float | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if isinstance(self.index, bool) or not isinstance(self.index, (int, np.integer)):
             raise InputError(f"index must be a whole number, got {self.index!r}")
-        self._store(length_scale=checked_parameter("length_scale", self.length_scale, above=0))
+        if self.length_scale is not None:
+            self._store(length_scale=checked_parameter("length_scale", self.length_scale, above=0))
+
+    def equation(self, robot: Robot, q: ArrayLike, *, hessian: bool = False) -> TaskEquation:
+        """J q̇ = ẋ at q; see `ClimbingTask.equation`."""
+        told = self if self.length_scale is not None else replace(self, length_scale=robot.length_scale)
+        return super(SingularValueTask, told).equation(robot, q, hessian=hessian)
 
     def measure(self, J: Array, hessian: Array, rows: tuple[str, ...]) -> tuple[float, Array]:
         """σ_i and its gradient; see `ClimbingTask.measure`."""
-        scale = np.array([1.0 if row in ROWS[:3] else self.length_scale for row in rows])
+        scale = np.array([1.0 if row in ROWS[:3] else self.length_scale or 1.0 for row in rows])
         J, hessian = scale[:, None] * J, scale[:, None, None] * hessian
         s = svd(J).s
         if not -len(s) <= self.index < len(s):

@@ -17,6 +17,7 @@ from robust_ik.tasks.selection import (
     checked_frame,
     checked_selection,
     indices,
+    lengths,
     one_configuration,
     one_vector,
     task_rows,
@@ -55,4 +56,4 @@ class TwistTask(Task):
         one_configuration(q)
         J = robot.jacobian(q, self.frame, self.reference, rows=rows)
         H = robot.hessian(q, self.frame, self.reference, rows=rows) if hessian else None
-        return TaskEquation(J, self.twist[indices(rows)], np.zeros(len(rows)), H, self.weight)
+        return TaskEquation(J, self.twist[indices(rows)], np.zeros(len(rows)), H, self.weight, lengths(rows))
