@@ -136,8 +136,12 @@ def _esrim_passes(name: str, example: str) -> Claim:
     )
 
 
+def _ends(values: Array) -> Spread:
+    return Spread((values.min(), values.max()))
+
+
 def _smallest_steps(name: str, example: str) -> Claim:
-    found = {label.lower(): Spread(tuple(_near(name, label, FINE).step.ravel())) for label in ("SGIM", "SRIM", "ESRIM")}
+    found = {label.lower(): _ends(_near(name, label, FINE).step) for label in ("SGIM", "SRIM", "ESRIM")}
     return Claim(
         f"{example}: ESRIM's joint speeds are the smallest",
         "smallest",
@@ -151,9 +155,7 @@ def _smallest_steps(name: str, example: str) -> Claim:
 
 
 def _largest_sigma(name: str, example: str) -> Claim:
-    found = {
-        label.lower(): Spread(tuple(_near(name, label, FINE).sigma.ravel())) for label in ("SGIM", "SRIM", "ESRIM")
-    }
+    found = {label.lower(): _ends(_near(name, label, FINE).sigma) for label in ("SGIM", "SRIM", "ESRIM")}
     return Claim(
         f"{example}: ESRIM's least singular value is the largest",
         "largest",

@@ -65,6 +65,7 @@ def read_scenario(path: str | Path) -> Scenario:
 
     [methods]
     "J-PARSE" = { type = "JParse", gamma = 0.1 }
+    "J-PARSE, from limits" = { type = "JParse.from_limits", speed_limit = 1.0, task_speed = 0.2 }
     ```
 
     With `kind = "twists"` the tip has no target but commands: `samples = [[0, 0.1, 0, 0, 0, 0, 0], …]`, lines of
