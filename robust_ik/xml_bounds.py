@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from robust_ik.errors import UrdfError
 
 _LONG = re.compile(rb"<[^<!?/][^<]{3000,}")
-_START_TAG = re.compile(rb"<(?:[^<>\"']+|\"[^\"]*\"|'[^']*')*")
+_START_TAG = re.compile(rb"<(?:[^<>\"']++|\"[^\"]*+(?:\"|\Z)|'[^']*+(?:'|\Z))*+")
 _DECLARATION = re.compile(rb"<\?xml[^>]{0,200}?encoding\s*=\s*[\"']([^\"']{1,100})")
 _BEFORE = b"\xef\xbb\xbf\xff\xfe\x00 \t\r\n"
 """Byte order marks and blanks."""
@@ -58,11 +58,11 @@ class XmlBounds:
             self._check_tag(found[0])
 
     def _check_tag(self, text: bytes) -> None:
-        start = _START_TAG.match(text)
+        start = _START_TAG.match(text[: self.tag + 1])
         tag = text if start is None else start[0]
         what = f"an element <{tag[1:60].decode('ascii', 'replace').split()[0]}>" if tag[1:60].split() else "an element"
         if len(tag) > self.tag:
-            raise UrdfError(f"{what} has a start tag of {len(tag)} bytes; over {self.tag} are refused")
+            raise UrdfError(f"{what} has a start tag of over {self.tag} bytes")
         if tag.count(b"=") > self.attributes:
             raise UrdfError(f"{what} has about {tag.count(b'=')} attributes; over {self.attributes} are refused")
 
