@@ -45,6 +45,8 @@ STATED = (
     r"xacro that was not expanded",
     r"a <(link|joint)> in line \d+ has no name",
     r"has a <mimic> that names no joint",
+    r"the joints form a loop",
+    r"is the child of two joints",
     r"must be written <(link|joint)>",
     r"mesh path .* (climbs out|names no package)",
 )
