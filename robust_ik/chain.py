@@ -128,7 +128,7 @@ def number_of(reference: str) -> int:
     Raises:
         InputError: There is no such reference.
     """
-    if reference not in REFERENCES:
+    if not isinstance(reference, str) or reference not in REFERENCES:
         raise InputError(f"reference must be one of {', '.join(REFERENCES)}, got {reference!r}")
     return REFERENCES.index(reference)
 

@@ -34,11 +34,12 @@ def as_array(value: ArrayLike, name: str, shape: tuple[int | None, ...], *, fini
     """
     try:
         array = np.asarray(value)
-    except ValueError:
+    except Exception:  # whatever a stranger's __array__ raises
         array = np.asarray(None)
     if array.dtype.kind not in "biuf" or isinstance(value, np.ma.MaskedArray):
         raise InputError(f"{name} must be an array of real numbers, got {reprlib.repr(value)}")
-    array = array.astype(float, copy=False)
+    with np.errstate(over="ignore"):  # of longer numbers: infinite, then
+        array = array.astype(float, copy=False)
     wanted = array.ndim >= len(shape) and all(
         want is None or have == want for have, want in zip(array.shape[array.ndim - len(shape) :], shape)
     )
@@ -49,6 +50,30 @@ def as_array(value: ArrayLike, name: str, shape: tuple[int | None, ...], *, fini
         shown = np.array2string(array, threshold=8, precision=4)
         raise InputError(f"{name} must be finite, got NaN or infinity in {shown}")
     return array
+
+
+def as_measures(value: ArrayLike, name: str, shape: tuple[int | None, ...]) -> Array:
+    """`as_array` of numbers whose squares do not overflow: places, velocities, joint values.
+
+    Raises:
+        InputError: They are none, or larger than LARGEST_PARAMETER.
+    """
+    array = as_array(value, name, shape)
+    if array.size and max(array.max(), -array.min()) > LARGEST_PARAMETER:
+        raise InputError(f"{name} must lie within ±{LARGEST_PARAMETER:g}, got {_shown(array)}")
+    return array
+
+
+def as_number(value: object, name: str) -> float:
+    """A finite number, however small or large.
+
+    Raises:
+        InputError: It is none.
+    """
+    array = as_array(np.asarray(None) if isinstance(value, (str, bytes)) else value, name, ())  # type: ignore[arg-type]
+    if array.ndim:
+        raise InputError(f"{name} must be a number, got an array of shape {array.shape}")
+    return float(array)
 
 
 def check_leading_axes(first: str, a: tuple[int, ...], second: str, b: tuple[int, ...]) -> None:
@@ -86,7 +111,7 @@ def checked_parameter(
     """
     if isinstance(value, np.ndarray) and value.ndim == 0:
         value = value.item()
-    number = float(value) if isinstance(value, Real) else math.nan
+    number = _as_float(value) if isinstance(value, Real) else math.nan
     if not (math.isfinite(number) and above < number < below and number >= least):
         conditions = [
             f"> {above:g}" if above > -math.inf else "",
@@ -94,16 +119,24 @@ def checked_parameter(
             f"< {below:g}" if below < math.inf else "",
         ]
         wanted = " and ".join(condition for condition in conditions if condition) or "finite"
-        raise InputError(f"{name} must be {wanted}, got {value!r}")
+        raise InputError(f"{name} must be {wanted}, got {reprlib.repr(value)}")
     if number != 0 and not LEAST_PARAMETER <= abs(number) <= LARGEST_PARAMETER:
         span = f"{LEAST_PARAMETER:g} and {LARGEST_PARAMETER:g}"
         raise InputError(f"{name} must be 0 or between {span} in magnitude, got {value!r}")
     return number
 
 
+def _as_float(value: Real) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf
+
+
 def checked_cap(name: str, value: object) -> float:
     """A positive number, or infinity for no cap."""
-    return math.inf if value == math.inf else checked_parameter(name, value, above=0)
+    given = value.item() if isinstance(value, np.ndarray) and value.ndim == 0 else value
+    return math.inf if isinstance(given, Real) and given == math.inf else checked_parameter(name, given, above=0)
 
 
 def checked_rigid(value: ArrayLike, name: str) -> Array:
@@ -112,7 +145,7 @@ def checked_rigid(value: ArrayLike, name: str) -> Array:
     Raises:
         InputError: They are not.
     """
-    T = as_array(value, name, (4, 4))
+    T = as_measures(value, name, (4, 4))
     R = T[..., :3, :3]
     error = np.abs(R @ np.swapaxes(R, -1, -2) - np.eye(3))
     if (error > RIGID_TOLERANCE).any() or (np.linalg.det(R) < 0).any() or (T[..., 3, :] != [0, 0, 0, 1]).any():

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
+from robust_ik.boundary import checked
 from robust_ik.errors import InputError, listed
 from robust_ik.progress import Told
 from robust_ik.scenario import Method, Scenario
@@ -14,6 +15,7 @@ from robust_ik.sweeping import run_pieces
 from robust_ik.trajectory import Trajectory
 
 
+@checked
 def compare(
     scenarios: Scenario | Sequence[Scenario],
     methods: Mapping[str, Method] | None = None,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robust_ik.bounds import CONTRADICTION, Bounds
-from robust_ik.checks import Array, as_array, checked_parameter
+from robust_ik.checks import Array, as_array, as_measures, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.inverses import RobustInverse
 from robust_ik.limits import JointLimits, Limit
@@ -83,7 +83,7 @@ class VelocityController:
         Args:
             qdot: Joint velocities that the robot has now, (n,); default at rest.
         """
-        start = np.zeros(self.robot.n) if qdot is None else as_array(qdot, "qdot", (self.robot.n,))
+        start = np.zeros(self.robot.n) if qdot is None else as_measures(qdot, "qdot", (self.robot.n,))
         if start.ndim != 1:
             raise InputError(f"qdot must be the velocities of one configuration, got shape {start.shape}")
         self.qdot = start.copy()

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robust_ik.boundary import computed
 from robust_ik.checks import Array, as_array, check_leading_axes
 from robust_ik.errors import InputError
 from robust_ik.linalg import ThinSVD, svd
@@ -49,6 +50,7 @@ def closed_form_hessian(axes: ArrayLike, arms: ArrayLike, *, printed: bool = Fal
     return np.ascontiguousarray(np.moveaxis(np.concatenate([linear, angular], axis=-1), -1, -3))
 
 
+@computed
 def singular_value_gradients(J: ArrayLike, hessian: ArrayLike) -> Array:
     """∂σᵢ/∂q_k = uᵢᵀ (∂J/∂q_k) vᵢ for every i.
 
@@ -68,6 +70,7 @@ def singular_value_gradients(J: ArrayLike, hessian: ArrayLike) -> Array:
     return np.asarray(np.einsum("...mi,...mjk,...ij->...ik", decomposition.U, hessian, decomposition.Vt, optimize=True))
 
 
+@computed
 def singular_value_gradient(J: ArrayLike, hessian: ArrayLike, index: int = -1) -> Array:
     """The gradient of one singular value, (..., n); by default of the smallest. Source: as for all of them."""
     gradients = singular_value_gradients(J, hessian)
@@ -77,6 +80,7 @@ def singular_value_gradient(J: ArrayLike, hessian: ArrayLike, index: int = -1) -
     return np.asarray(gradients[..., index, :])
 
 
+@computed
 def manipulability_gradient(J: ArrayLike, hessian: ArrayLike) -> Array:
     """∂(Πσ)/∂q_k = Σᵢ (Π_{j≠i} σⱼ) uᵢᵀ (∂J/∂q_k) vᵢ, shape (..., n).
 

@@ -61,7 +61,7 @@ class DHJoint:
 
     def __post_init__(self) -> None:
         label = f"joint {checked_name(self.name, 'a joint name')!r}: " if self.name != "" else ""
-        if self.kind not in KINDS:
+        if not isinstance(self.kind, str) or self.kind not in KINDS:
             raise DHError(f"{label}type must be {' or '.join(KINDS)}, got {shown(self.kind)}")
         for key in ("a", "d", "alpha", "theta"):
             object.__setattr__(self, key, checked_number(getattr(self, key), label + key))
@@ -118,7 +118,7 @@ class DHTable:
 
     def __post_init__(self) -> None:
         checked_name(self.name, "the name of the arm")
-        if self.convention not in CONVENTIONS:
+        if not isinstance(self.convention, str) or self.convention not in CONVENTIONS:
             raise DHError(f"convention must be {' or '.join(CONVENTIONS)}, got {shown(self.convention)}")
         object.__setattr__(self, "joints", _checked_joints(self.joints))
         object.__setattr__(self, "rows", _checked_rows(self.rows))

@@ -89,7 +89,7 @@ def suggest(given: str, known: Iterable[str], limit: int = 40) -> str:
     Returns:
         "did you mean 'tool0'? there are: base, tool0" or a part of it.
     """
-    names = sorted(set(known))
+    names, given = sorted(set(known)), str(given)
     compared = [name for name in names[:COMPARED] if len(name) <= LONGEST_NAME]
     close = difflib.get_close_matches(given, compared, n=3, cutoff=0.5) if len(given) <= LONGEST_NAME else []
     question = f"did you mean {' or '.join(repr(c) for c in close)}? " if close else ""

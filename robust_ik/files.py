@@ -27,7 +27,7 @@ def read_file(path: str | Path, most: int) -> tuple[Path, bytes]:
         if (size := full.stat().st_size) > most:
             raise LoadError(f"{full} has {size} bytes; a file of over {most} is refused")
         return full, full.read_bytes()
-    except (OSError, RuntimeError, ValueError) as error:
+    except (OSError, RuntimeError, ValueError, TypeError) as error:
         if isinstance(error, LoadError):
             raise
         reason = error.strerror if isinstance(error, OSError) else error

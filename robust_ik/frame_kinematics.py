@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Literal
 
@@ -12,7 +13,7 @@ from robust_ik.chain import Chain
 from robust_ik.checks import Array
 from robust_ik.configurations import Configurations
 from robust_ik.description import Description
-from robust_ik.errors import FrameNotFoundError, TipError, listed, suggest
+from robust_ik.errors import FrameNotFoundError, InputError, TipError, listed, suggest
 from robust_ik.linalg import svd
 from robust_ik.model import Kinematics
 from robust_ik.rows import ROWS, checked_rows
@@ -140,6 +141,8 @@ class FrameKinematics(Configurations):
                 f"{self.name} was loaded whole, without a tip: name a frame; its leaves are "
                 + listed(self.description.leaves)
             )
+        if not isinstance(name, str):
+            raise InputError(f"a frame is named by a str, got {reprlib.repr(name)}")
         if name in self._kinematics.frames:
             return self._kinematics.frames[name]
         raise FrameNotFoundError(f"{self.name} has no frame {name!r}; {suggest(str(name), self.frames)}")

@@ -12,6 +12,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from robust_ik.boundary import checked
 from robust_ik.checks import Array, as_array
 from robust_ik.errors import InputError
 
@@ -174,6 +175,7 @@ def condition_number(J: ArrayLike) -> Array:
     return np.asarray(np.where(infinite, np.inf, largest / np.where(infinite, 1.0, smallest)))
 
 
+@checked
 def lost_directions(J: ArrayLike, threshold: float | None = None) -> Array:
     """The task directions that no joint motion can give: columns of U with σ ≤ threshold, and the rest of ℝᵐ.
 

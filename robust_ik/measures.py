@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from robust_ik.boundary import checked
 from robust_ik.bounds import Bounds
 from robust_ik.checks import checked_parameter
 from robust_ik.problem import VelocityProblem, stacked
@@ -14,6 +15,7 @@ from robust_ik.tasks import Stack, Task, checked_stack
 SAMPLES = 300
 
 
+@checked
 def measure_bounds(
     robot: Robot, stack: Stack | Task, fraction: float = 0.2, *, rng: np.random.Generator | None = None
 ) -> tuple[float, ...]:

@@ -9,6 +9,7 @@ from enum import Enum
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robust_ik.boundary import checked
 from robust_ik.checks import Array, as_array, checked_parameter, readonly
 from robust_ik.errors import InputError
 from robust_ik.inverses import RobustInverse
@@ -61,6 +62,7 @@ class NewtonResult:
         return float(self.errors[-1])
 
 
+@checked
 def newton(
     kinematics: Function,
     jacobian: Function,

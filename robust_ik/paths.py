@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.checks import Array, as_array, checked_parameter, checked_rigid, readonly
+from robust_ik.checks import Array, as_measures, checked_parameter, checked_rigid, readonly
 from robust_ik.errors import InputError
 
 if TYPE_CHECKING:
@@ -20,6 +20,17 @@ Path = Callable[[float], Array]
 
 RIGHT_ANGLE = 1e-9
 """How far an angle may be from a right one, rad."""
+LATEST = 1e12
+"""Seconds within which a time is taken without a further look."""
+
+
+def checked_time(time: object) -> float:
+    """A time in seconds, for what is asked in every control step.
+
+    Raises:
+        InputError: It is no finite number.
+    """
+    return time if type(time) is float and -LATEST < time < LATEST else checked_parameter("time", time)
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +54,7 @@ class Keypoints:
 
     def __call__(self, time: float) -> Array:
         """The pose wanted at `time`; the last one from then on."""
+        time = checked_time(time)
         # A sample that rounding puts just before the switch belongs to the next keypoint.
         index = math.floor(min(max(time / self.seconds + 1e-9, 0.0), len(self.poses) - 1.0))
         return np.asarray(self.poses[index])
@@ -73,13 +85,14 @@ class OutAndBack:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "start", readonly(checked_rigid(self.start, "start")))
-        object.__setattr__(self, "goal", readonly(as_array(self.goal, "goal", (3,))))
+        object.__setattr__(self, "goal", readonly(as_measures(self.goal, "goal", (3,))))
         checked_parameter("travel", self.travel, above=0)
         checked_parameter("pause", self.pause, above=0)
         checked_parameter("settle", self.settle, above=0)
 
     def __call__(self, time: float) -> Array:
         """The pose wanted at `time`."""
+        time = checked_time(time)
         out = min(max(time / self.travel, 0.0), 1.0)
         back = min(max((time - self.travel - self.pause) / self.travel, 0.0), 1.0)
         share = (math.cos(math.pi * back) - math.cos(math.pi * out)) / 2
@@ -109,13 +122,14 @@ class Line:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "start", readonly(checked_rigid(self.start, "start")))
-        object.__setattr__(self, "goal", readonly(as_array(self.goal, "goal", (3,))))
+        object.__setattr__(self, "goal", readonly(as_measures(self.goal, "goal", (3,))))
         checked_parameter("speed", self.speed, above=0)
         if self.duration == 0:
             raise InputError("goal must be another point than where the line starts")
 
     def __call__(self, time: float) -> Array:
         """The pose wanted at `time`."""
+        time = checked_time(time)
         pose = np.array(self.start)
         pose[:3, 3] += min(max(time / self.duration, 0.0), 1.0) * (self.goal - pose[:3, 3])
         return pose
@@ -146,8 +160,8 @@ class Circle:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "start", readonly(checked_rigid(self.start, "start")))
-        object.__setattr__(self, "centre", readonly(as_array(self.centre, "centre", (3,))))
-        normal = as_array(self.normal, "normal", (3,))
+        object.__setattr__(self, "centre", readonly(as_measures(self.centre, "centre", (3,))))
+        normal = as_measures(self.normal, "normal", (3,))
         length = float(np.linalg.norm(normal))
         if length == 0:
             raise InputError("normal must not be zero")
@@ -160,6 +174,7 @@ class Circle:
 
     def __call__(self, time: float) -> Array:
         """The pose wanted at `time`."""
+        time = checked_time(time)
         pose, angle = np.array(self.start), 2 * math.pi * min(time, self.duration) / self.period
         radius = pose[:3, 3] - self.centre
         turned = math.cos(angle) * radius + math.sin(angle) * np.cross(self.normal, radius)
@@ -190,12 +205,13 @@ class Sinusoid:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "centre", readonly(checked_rigid(self.centre, "centre")))
-        object.__setattr__(self, "amplitude", readonly(as_array(self.amplitude, "amplitude", (3,))))
+        object.__setattr__(self, "amplitude", readonly(as_measures(self.amplitude, "amplitude", (3,))))
         checked_parameter("period", self.period, above=0)
         checked_parameter("swings", self.swings, above=0)
 
     def __call__(self, time: float) -> Array:
         """The pose wanted at `time`."""
+        time = checked_time(time)
         pose = np.array(self.centre)
         pose[:3, 3] += self.amplitude * math.sin(2 * math.pi * time / self.period)
         return pose
@@ -222,14 +238,17 @@ class Turning:
     def __post_init__(self) -> None:
         from scipy.spatial.transform import Rotation, Slerp  # takes a while: only where it is needed
 
+        if not (hasattr(self.path, "start") and hasattr(self.path, "duration") and callable(self.path)):
+            raise InputError(f"path must be a path with a start and a duration, such as a Line, got {self.path!r}")
         whole = np.eye(4)
-        whole[:3, :3] = as_array(self.goal, "goal", (3, 3))
+        whole[:3, :3] = as_measures(self.goal, "goal", (3, 3))
         object.__setattr__(self, "goal", readonly(checked_rigid(whole, "goal")[:3, :3]))
         ends = Rotation.from_matrix(np.stack([self.path.start[:3, :3], self.goal]))
         object.__setattr__(self, "_between", Slerp([0.0, 1.0], ends))
 
     def __call__(self, time: float) -> Array:
         """The pose wanted at `time`."""
+        time = checked_time(time)
         pose = np.array(self.path(time))
         pose[:3, :3] = self._between(min(max(time / self.duration, 0.0), 1.0)).as_matrix()
         return pose
@@ -242,11 +261,11 @@ class Turning:
 
 def pose(position: ArrayLike, rpy: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
     """A homogeneous transform from a position in m and roll, pitch, yaw in rad about fixed x, y, z axes, (4, 4)."""
-    x, y, z = as_array(rpy, "rpy", (3,))
+    x, y, z = as_measures(rpy, "rpy", (3,))
     cx, sx, cy, sy, cz, sz = math.cos(x), math.sin(x), math.cos(y), math.sin(y), math.cos(z), math.sin(z)
     Rx = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
     Ry = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
     Rz = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
     T = np.eye(4)
-    T[:3, :3], T[:3, 3] = Rz @ Ry @ Rx, as_array(position, "position", (3,))
+    T[:3, :3], T[:3, 3] = Rz @ Ry @ Rx, as_measures(position, "position", (3,))
     return T

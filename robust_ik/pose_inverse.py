@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from functools import cached_property
@@ -11,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from robust_ik.chain import Chain
 from robust_ik.checks import Array
+from robust_ik.errors import InputError
 from robust_ik.frame_kinematics import FrameKinematics
 from robust_ik.pose_ik import PoseOptions, PoseResult, PoseResults, PoseSolver, wanted_rows
 from robust_ik.pose_ik.size import find_size, is_usual, offsets_of, unit_of
@@ -64,6 +66,8 @@ class PoseInverse(FrameKinematics):
             rows: Wanted rows, of x y z wx wy wz; default `self.rows`.
         """
         names = self.rows if rows is None else checked_rows(rows)
+        if not isinstance(frame, (str, type(None))):
+            raise InputError(f"a frame is named by a str, got {reprlib.repr(frame)}")
         solver = self._pose_solvers.get((frame, names))
         if solver is None:
             solver = PoseSolver(self.chain(frame), self.lower, self.upper, self.rest, names, self.length_scale)

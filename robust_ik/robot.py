@@ -13,6 +13,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from robust_ik.boundary import checked
 from robust_ik.checks import Array, readonly
 from robust_ik.description import Description
 from robust_ik.dh import DHTable
@@ -96,6 +97,7 @@ class Robot(PoseInverse):
 
     # ------------------------------------------------------------------------------------------ construction
     @classmethod
+    @checked
     def from_urdf(
         cls,
         path: str | Path,
@@ -126,6 +128,7 @@ class Robot(PoseInverse):
         return cls.from_description(description, tip, rows=rows, whole_tree=whole_tree)
 
     @classmethod
+    @checked
     def from_dh(cls, table: DHTable) -> Self:
         """A robot from a Denavit-Hartenberg table, by way of a URDF; its tip is the link "tool"."""
         from robust_ik.dh_urdf import dh_to_urdf  # imports yourdfpy, half a second: only where it is needed
@@ -172,6 +175,7 @@ class Robot(PoseInverse):
             guess=guess,
         )._told()
 
+    @checked
     def with_rows(self, rows: Sequence[str]) -> Robot:
         """The same robot with other task rows."""
         return replace(self, rows=checked_rows(rows))

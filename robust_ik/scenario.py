@@ -9,13 +9,14 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
+from robust_ik.boundary import check_type, checked
 from robust_ik.checks import Array, as_array, checked_parameter, readonly
 from robust_ik.errors import InputError, suggest
 from robust_ik.inverses import RobustInverse
 from robust_ik.limits import Limit
 from robust_ik.resolvers import Resolver
 from robust_ik.robot import Robot
-from robust_ik.tasks import Stack, Task
+from robust_ik.tasks import Stack, Task, checked_stack
 
 Motion = Stack | Task | Callable[[float], Stack | Task]
 """What is wanted: a stack that stays, or a function from time in seconds to one, such as `Follow(path)`."""
@@ -54,6 +55,13 @@ class Scenario:
     methods: Mapping[str, Method] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        check_type("name", self.name, "str")
+        check_type("robot", self.robot, "Robot")
+        if not callable(self.motion):
+            checked_stack(self.motion)
+        for each in (self.title, self.source, self.note):
+            check_type("title, source and note", each, "str")
+        check_type("methods", self.methods, "Mapping[str, Any]")
         q0: ArrayLike = as_array(self.q0, "q0", (self.robot.nq,))
         object.__setattr__(self, "q0", readonly(q0))
         checked_parameter("duration", self.duration, above=0)
@@ -70,6 +78,7 @@ class Scenario:
         vars(self).update(state)
         self.__post_init__()
 
+    @checked
     def method(self, label: str) -> Method:
         """The method of that label.
 

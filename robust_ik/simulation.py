@@ -10,7 +10,8 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.checks import Array, as_array, checked_parameter, readonly
+from robust_ik.boundary import checked
+from robust_ik.checks import Array, as_measures, checked_parameter, readonly
 from robust_ik.controller import VelocityController
 from robust_ik.errors import InputError
 from robust_ik.limits import Limit
@@ -46,6 +47,7 @@ def simulate(
 def simulate(robot: Scenario, resolver: Method | str, *, progress: Told | None = None) -> Trajectory: ...
 
 
+@checked
 def simulate(
     robot: Robot | Scenario,
     resolver: Method | str | None,
@@ -79,7 +81,7 @@ def simulate(
         return _run_scenario(robot, resolver, progress)
     if isinstance(resolver, str) or motion is None or q0 is None or duration is None:
         raise InputError("a robot is simulated with a resolver, motion=, q0= and duration=; a Scenario has the rest")
-    q = as_array(q0, "q0", (robot.nq,)).copy()
+    q = as_measures(q0, "q0", (robot.nq,)).copy()
     if q.ndim != 1:
         raise InputError(f"q0 must be one configuration, got shape {q.shape}")
     steps = _number_of_steps(duration, dt)

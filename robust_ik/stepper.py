@@ -9,6 +9,7 @@ from typing import Any, NoReturn
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robust_ik.boundary import check_type
 from robust_ik.checks import Array, as_array
 from robust_ik.errors import InputError
 from robust_ik.frame_kinematics import Reference
@@ -62,6 +63,7 @@ class Stepper:
             InputError: The inverse is none, or there is no such reference or row.
             FrameNotFoundError: There is no such frame.
         """
+        check_type("robot", robot, "Robot")
         self.robot = robot
         self.inverse = DampedLeastSquares() if inverse is None else inverse
         if not isinstance(self.inverse, RobustInverse):

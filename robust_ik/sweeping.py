@@ -17,6 +17,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from robust_ik.boundary import check_type
 from robust_ik.errors import InputError
 from robust_ik.progress import Told
 
@@ -53,6 +54,7 @@ def run_pieces(
     """
     if executor is not None and not isinstance(executor, Executor):
         raise InputError(f"executor must be a concurrent.futures.Executor or None, got {executor!r}")
+    check_type("progress", progress, "Callable | None")
     todo = list(pieces)
     results: dict[int, Result] = {}
     with closing(_finished(function, todo, executor)) as finished:

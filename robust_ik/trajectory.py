@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from robust_ik.boundary import checked
 from robust_ik.checks import Array
 from robust_ik.resolution import Status
 from robust_ik.resolvers import Resolver
@@ -103,6 +104,7 @@ class Trajectory:
         """The smallest singular value of the frame's Jacobian that was met."""
         return float(self.sigma[:, -1].min())
 
+    @checked
     def share(self, status: Status) -> float:
         """The fraction of the steps that went so."""
         return float(np.mean([each is status for each in self.status]))

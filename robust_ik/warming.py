@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 from functools import partial
 
+from robust_ik.boundary import checked
 from robust_ik.inverses import CLASSES, GainFormula
 from robust_ik.progress import Told
 from robust_ik.robot import Robot
@@ -14,6 +15,7 @@ SMALLEST = 8
 """Kernels for so many joints, rows and columns are the smallest there are."""
 
 
+@checked
 def warmup(robot: Robot | None = None, *, progress: Told | None = None) -> float:
     """Compiles whatever is compiled, or reads it from disk, where a machine keeps it from the first time on.
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from robust_ik.boundary import checked
 from robust_ik.checks import Array, checked_parameter, readonly
 from robust_ik.errors import InputError, suggest
 from robust_ik.linalg import svd
@@ -97,6 +98,7 @@ class WorkspaceMap:
         largest = self.sigma[:, 0]
         return np.asarray(self.sigma[:, -1] / np.where(largest > 0, largest, 1.0))
 
+    @checked
     def values(self, quantity: str) -> Array:
         """One of "smallest sigma", "manipulability" and "inverse condition", (N,).
 
@@ -108,6 +110,7 @@ class WorkspaceMap:
         found: Array = getattr(self, quantity.replace(" ", "_"))
         return found
 
+    @checked
     def cells(self, quantity: str = "smallest sigma", *, size: float = 0.05, axes: Sequence[str] = AXES) -> Cells:
         """A quantity by places.
 
@@ -140,6 +143,7 @@ class WorkspaceMap:
         )  # fmt: skip
 
 
+@checked
 def map_workspace(
     robot: Robot,
     count: int = COUNT,

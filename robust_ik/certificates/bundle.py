@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from robust_ik.boundary import checked
 from robust_ik.certificates.checker import Verdict, check
 from robust_ik.certificates.json_values import CertificateError, a_list, an_object, read_json
 from robust_ik.certificates.proof import Proof
@@ -34,6 +35,7 @@ class Certificate:
     def __len__(self) -> int:
         return len(self.proofs)
 
+    @checked
     def of_corank(self, corank: int) -> Proof | None:
         """The proof of one corank, or None."""
         return next((proof for proof in self.proofs if proof.corank == corank), None)
@@ -48,6 +50,7 @@ class Certificate:
         return json.dumps({"format": FORMAT, "version": VERSION, "proofs": proofs}, separators=(",", ":"))
 
     @classmethod
+    @checked
     def from_json(cls, text: str) -> Certificate:
         """Proofs from JSON text: of a certificate, or of a single proof.
 

@@ -13,6 +13,7 @@ import time
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
+from robust_ik.boundary import checked
 from robust_ik.certificates.effort import Effort
 from robust_ik.certificates.exact_model import ExactArm, UnsupportedError, exact_arm
 from robust_ik.certificates.proof import Arm, Proof
@@ -30,6 +31,7 @@ WORTH_A_PROCESS = 2.0
 """Seconds that must be left for a process of its own to be started."""
 
 
+@checked
 def certify(robot: Robot, corank: int, *, snap: float = 1e-4, time_limit: float = 60.0, thorough: bool = True) -> Proof:
     """Where an arm's Jacobian loses rank, by an exact case split; whether it closed is the proof's `status`.
 

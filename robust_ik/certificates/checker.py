@@ -13,6 +13,7 @@ import random
 from dataclasses import dataclass
 from fractions import Fraction
 
+from robust_ik.boundary import checked
 from robust_ik.certificates.cases import RATIONAL, Factor, Node, State
 from robust_ik.certificates.expected import (
     RefusedError,
@@ -52,6 +53,7 @@ class Verdict:
     cases: int = 0
 
 
+@checked
 def check(
     certificate: str | Proof,
     *,

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from robust_ik.boundary import checked
 from robust_ik.certificates.cases import RATIONAL, Coefficients, Node, Pin
 from robust_ik.certificates.proof import Arm, Proof
 from robust_ik.certificates.relations import Relation, relation, shown, shown_length
@@ -116,6 +117,7 @@ class Leaf:
         return Place(self.names, angles, tuple(found), dimension, lengths)
 
 
+@checked
 def leaves(proof: Proof) -> tuple[Leaf, ...]:
     """The leaves of a proof, as many as it has; none without an arm."""
     if proof.arm is None:
@@ -123,6 +125,7 @@ def leaves(proof: Proof) -> tuple[Leaf, ...]:
     return tuple(Leaf(proof.arm, node, proof.is_implicit(node)) for node in proof.leaves)
 
 
+@checked
 def word(proof: Proof, verdict: Verdict | None = None) -> str:
     """How sure a list of leaves is complete.
 

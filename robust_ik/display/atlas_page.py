@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from robust_ik.boundary import checked
 from robust_ik.display.families import Family, Motion, families
 from robust_ik.display.family_rows import family_table
 from robust_ik.display.family_scene import DrawnFamilies, DrawnMotion, draw_families
@@ -46,6 +47,7 @@ _MOTIONS = (
 )
 
 
+@checked
 def write_atlas_html(path: str | Path, atlas: SingularityAtlas, robot: Robot, *, title: str = "") -> Path:
     """Writes one page, which needs nothing but itself: every family in 3D and in numbers.
 

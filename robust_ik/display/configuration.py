@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robust_ik.boundary import checked
 from robust_ik.display import marks
 from robust_ik.display.drawn_robot import DrawnRobot, draw_robot
 from robust_ik.display.marks import GAMMA, Ellipsoids, LostDirections
@@ -13,6 +14,7 @@ from robust_ik.display.tracks import Still
 from robust_ik.robot import Robot
 
 
+@checked
 def draw_configuration(scene: Scene, robot: Robot, q: ArrayLike | None = None, *, gamma: float = GAMMA) -> DrawnRobot:
     """Draws a robot with its lost directions and its manipulability ellipsoid, in place of what was there.
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from robust_ik.boundary import checked
 from robust_ik.display.figures import save_figure
 from robust_ik.display.torus import Axis, pairs, strokes
 from robust_ik.errors import InputError
@@ -24,6 +25,7 @@ INK = "#1c6fb8"
 ACROSS = 3
 
 
+@checked
 def plot_curves(atlas: SingularityAtlas, stratum: Stratum, path: str | Path) -> Path:
     """Writes `curves_figure` as an image.
 
@@ -42,6 +44,7 @@ def plot_curves(atlas: SingularityAtlas, stratum: Stratum, path: str | Path) -> 
     return save_figure(curves_figure(atlas, stratum), path, dpi=130)
 
 
+@checked
 def curves_figure(atlas: SingularityAtlas, stratum: Stratum) -> Figure:
     """The coupled joints of a stratum against each other, a panel for each two of them.
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from robust_ik.boundary import checked
 from robust_ik.errors import InputError
 from robust_ik.singularities.gradient import FOUND
 from robust_ik.singularities.history import Descent
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+@checked
 def descents_figure(descents: Mapping[str, Descent]) -> Figure:
     """The weakest singular values of searches over their steps, above how far the gradient turns from step to step.
 

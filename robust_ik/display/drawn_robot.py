@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robust_ik.boundary import checked
 from robust_ik.checks import Array
 from robust_ik.description import Box, Cylinder, Mesh, Sphere
 from robust_ik.display._meshcat import Visualizer, geometry
@@ -87,6 +88,7 @@ class DrawnRobot:
         return np.stack([everything.min(axis=0), everything.max(axis=0)])
 
 
+@checked
 def draw_robot(visualizer: Visualizer, robot: Robot, q: ArrayLike | None = None) -> DrawnRobot:
     """Puts a robot into a scene.
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robust_ik.checks import Array
+from robust_ik.checks import Array, checked_parameter
 from robust_ik.display._meshcat import Visualizer, geometry
 from robust_ik.display.motion import carried_frames, follow, right_handed
 from robust_ik.display.shapes import (
@@ -59,6 +59,7 @@ class LostDirections:
     @classmethod
     def of(cls, J: Array, rows: tuple[str, ...], gamma: float = GAMMA) -> LostDirections:
         """The directions that are close to being lost at some time, for Jacobians (N, len(rows), n)."""
+        gamma = checked_parameter("gamma", gamma, above=0)
         U, s = follow(J)
         largest = np.maximum(s.max(axis=1, keepdims=True), np.finfo(float).tiny)
         nearness = np.clip(1 - s / (gamma * largest), 0.0, 1.0)

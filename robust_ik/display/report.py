@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from robust_ik.boundary import checked
 from robust_ik.display.marks import GAMMA
 from robust_ik.display.names import distinct
 from robust_ik.display.pack import packed_scene
@@ -31,6 +32,7 @@ _LEGEND: tuple[Entry, ...] = (
 )
 
 
+@checked
 def write_html(
     path: str | Path,
     trajectories: Mapping[str, Trajectory] | Sequence[Trajectory] | Trajectory,

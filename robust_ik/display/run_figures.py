@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from robust_ik.boundary import checked
 from robust_ik.checks import Array
 from robust_ik.display.figures import save_figure
 from robust_ik.errors import InputError, suggest
@@ -37,6 +38,7 @@ FLOOR = 1e-12
 """What a logarithmic axis shows as zero."""
 
 
+@checked
 def runs_figure(runs: Mapping[str, Trajectory], quantities: Sequence[str] = SHOWN) -> Figure:
     """Quantities of runs over time, one below the other.
 
@@ -75,6 +77,7 @@ def runs_figure(runs: Mapping[str, Trajectory], quantities: Sequence[str] = SHOW
     return figure
 
 
+@checked
 def plot_runs(runs: Mapping[str, Trajectory], path: str | Path, quantities: Sequence[str] = SHOWN) -> Path:
     """Writes `runs_figure` as an image.
 

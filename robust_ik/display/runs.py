@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from robust_ik.boundary import checked
 from robust_ik.display import marks
 from robust_ik.display._meshcat import Visualizer
 from robust_ik.display.drawn_robot import DrawnRobot, draw_robot
@@ -40,6 +41,7 @@ class DrawnRuns:
     ellipsoid_scale: float
 
 
+@checked
 def draw_run(scene: Scene, run: Trajectory, *, gamma: float = GAMMA) -> DrawnRobot:
     """Draws a run and plays it, over and over, in place of what was there.
 

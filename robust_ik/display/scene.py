@@ -9,7 +9,8 @@ from typing import Any, Self
 
 import numpy as np
 
-from robust_ik.checks import Array
+from robust_ik.boundary import checked
+from robust_ik.checks import Array, as_measures, checked_parameter
 from robust_ik.display._meshcat import Visualizer
 from robust_ik.display.page import scene_page
 from robust_ik.display.server import LiveServer
@@ -17,6 +18,7 @@ from robust_ik.display.shapes import grid, line_segments
 from robust_ik.display.tracks import Tracks
 from robust_ik.display.view import View
 from robust_ik.display.window import RecordingWindow
+from robust_ik.errors import InputError
 from robust_ik.outputs import write_file
 
 
@@ -30,16 +32,19 @@ class Scene:
         server: The live server, if there is one.
     """
 
+    @checked
     def __init__(self, server: LiveServer | None = None) -> None:
         self.server = server
         self._window = RecordingWindow() if server is None else server.window
         self.visualizer = Visualizer(window=self._window)
 
     @classmethod
+    @checked
     def live(cls, port: int = 0) -> Self:
         """A scene that can be watched at `url`; see `serve`."""
         return cls(LiveServer(RecordingWindow(), port))
 
+    @checked
     def __getitem__(self, path: str) -> Visualizer:
         return self.visualizer[path]
 
@@ -59,8 +64,10 @@ class Scene:
         if self._window.animated:
             self._window.send(Tracks.none().command())
 
+    @checked
     def add_floor(self, size: float, height: float = 0.0) -> None:
         """A calm grid of about that half-size, m, instead of meshcat's."""
+        size, height = checked_parameter("size", size), checked_parameter("height", height)
         step = _round(max(size, 1e-6) / 6)
         self.visualizer["/Grid"].set_property("visible", False)
         self.visualizer["/Axes"].set_property("visible", False)
@@ -69,14 +76,21 @@ class Scene:
         # Slightly below, so that it does not flicker through a base that stands on it.
         floor.set_transform(_shift([0.0, 0.0, height - 2e-3 * size]))
 
+    @checked
     def look_at(self, points: Array, along: Array | None = None, front: Array | None = None) -> None:
         """Places the camera so that points (N, 3) are seen; `along` and `front` as for `View.of`."""
-        View.of(points, along, front).set_on(self.visualizer)
+        places = as_measures(points, "points", (None, 3))
+        axes = [None if each is None else as_measures(each, "along and front", (3,)) for each in (along, front)]
+        if places.ndim != 2 or len(places) == 0:
+            raise InputError(f"points must be at least one, (N, 3), got shape {places.shape}")
+        View.of(places, *axes).set_on(self.visualizer)
 
+    @checked
     def html(self, title: str = "Scene") -> str:
         """A self-contained page of the scene as it is now."""
         return scene_page(self.commands, title)
 
+    @checked
     def save(self, path: str | Path, title: str = "Scene") -> Path:
         """Writes `html` to a file.
 
@@ -105,6 +119,7 @@ class Scene:
         return f'<iframe {source} style="width: 100%; height: 480px; border: 0"></iframe>'
 
 
+@checked
 def serve(port: int = 0) -> Scene:
     """An empty scene that a browser on this machine can watch at `scene.url`.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import reprlib
 import socket
 import threading
 from collections.abc import Sequence
@@ -17,6 +18,7 @@ import tornado.websocket
 from robust_ik.display._meshcat import VIEWER_FOLDER, umsgpack
 from robust_ik.display.page import live_page
 from robust_ik.display.window import RecordingWindow
+from robust_ik.errors import InputError
 
 HOST = "127.0.0.1"
 # A page of another site could otherwise reach the server under a name of its own that it lets resolve to 127.0.0.1.
@@ -40,6 +42,8 @@ class LiveServer:
     """
 
     def __init__(self, window: RecordingWindow, port: int = 0) -> None:
+        if isinstance(port, bool) or not isinstance(port, int) or not 0 <= port < 65536:
+            raise InputError(f"port must be a whole number from 0 to 65535, got {reprlib.repr(port)}")
         self.window = window
         self._viewers: set[_Viewer] = set()
         self._feeds: dict[_Viewer, asyncio.Task[None]] = {}

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robust_ik.boundary import checked
 from robust_ik.checks import Array, as_array, checked_parameter
 from robust_ik.errors import InputError, TipError
 from robust_ik.linalg import svd
@@ -26,6 +27,7 @@ SMALL = 0.05
 ACROSS = 4
 
 
+@checked
 def stills_figure(
     robot: Robot, configurations: Mapping[str, ArrayLike], *, tolerance: float = 1e-2, sparse: bool = True
 ) -> Figure:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from robust_ik.boundary import checked
 from robust_ik.display.figures import save_figure
 from robust_ik.outputs import check_figure
 from robust_ik.safe_text import in_figure
@@ -21,6 +22,7 @@ CELLS = 50
 """Cells across the longest side, where their size is not given."""
 
 
+@checked
 def plot_workspace(
     workspace: WorkspaceMap, path: str | Path, quantity: str = "smallest sigma", *, size: float | None = None
 ) -> Path:
@@ -42,6 +44,7 @@ def plot_workspace(
     return save_figure(workspace_figure(workspace, quantity, size=size), path, dpi=130)
 
 
+@checked
 def workspace_figure(workspace: WorkspaceMap, quantity: str = "smallest sigma", *, size: float | None = None) -> Figure:
     """The best and the mean of a quantity over the places that the tip reaches, from three sides.
 

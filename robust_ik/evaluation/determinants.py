@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robust_ik.boundary import computed
 from robust_ik.checks import Array, as_array
 from robust_ik.errors import InputError
 from robust_ik.linalg import svd
 
 
+@computed
 def determinant_excess(A: ArrayLike, M: ArrayLike) -> Array:
     """det(A + M) − det A − det M, never negative for A > 0 and M ≥ 0, shape (...).
 
@@ -53,6 +55,7 @@ def _elementary_symmetric(values: Array) -> Array:
     return e
 
 
+@computed
 def allows_multiplicative_inverse(m: int, n: int, corank: int) -> bool:
     """Whether some Ψ of rank m has J Ψᵀ = 0, so that (J + Ψ)(J + Ψ)ᵀ = J Jᵀ + ΨΨᵀ is regular: n − m + c ≥ m.
 
@@ -70,6 +73,7 @@ def allows_multiplicative_inverse(m: int, n: int, corank: int) -> bool:
     return n - m + corank >= m
 
 
+@computed
 def fatal_dampings(J: ArrayLike) -> Array:
     """The real λ ≠ 0 for which J + λI is singular, ascending: why J itself must not be damped.
 

@@ -12,11 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robust_ik.boundary import computed
 from robust_ik.checks import Array, as_array, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.linalg import svd
 
 
+@computed
 def modification_by_damping(s: ArrayLike, squared_damping: ArrayLike) -> Array:
     """f₁ = k λ: by how much adding λI raises the trace of M, shape (...).
 
@@ -30,6 +32,7 @@ def modification_by_damping(s: ArrayLike, squared_damping: ArrayLike) -> Array:
     return np.asarray(s.shape[-1] * np.broadcast_to(_not_negative(squared_damping), s.shape[:-1]))
 
 
+@computed
 def modification_by_clamp(s: ArrayLike, floor: float) -> Array:
     """f₂ = Σ max(d_min² − σᵢ², 0): by how much raising every σ to the floor raises the trace of M, shape (...).
 
@@ -43,6 +46,7 @@ def modification_by_clamp(s: ArrayLike, floor: float) -> Array:
     return np.asarray(np.maximum(floor**2 - _spectrum(s) ** 2, 0.0).sum(axis=-1))
 
 
+@computed
 def matching_squared_damping(s: ArrayLike, floor: float) -> Array:
     """λ = f₂/k: the additive term that modifies M as much as the clamp does, f₁ = f₂, shape (...).
 
@@ -58,6 +62,7 @@ def matching_squared_damping(s: ArrayLike, floor: float) -> Array:
     return np.asarray(modification_by_clamp(s, floor) / s.shape[-1])
 
 
+@computed
 def safety_by_damping(s: ArrayLike, squared_damping: ArrayLike) -> Array:
     """h₁ = σ_k² + λ: the smallest eigenvalue of M after the damping, shape (...).
 
@@ -70,6 +75,7 @@ def safety_by_damping(s: ArrayLike, squared_damping: ArrayLike) -> Array:
     return np.asarray(_spectrum(s)[..., -1] ** 2 + _not_negative(squared_damping))
 
 
+@computed
 def safety_by_clamp(s: ArrayLike, floor: float) -> Array:
     """h₂ = max(σ_k, d_min)²: the smallest eigenvalue of M after the clamp, shape (...).
 
@@ -107,6 +113,7 @@ class Comparison:
     clamped: Array
 
 
+@computed
 def compare_damping_and_clamp(J: ArrayLike, floor: float) -> Comparison:
     """How far each gets from the singularity for the same modification.
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robust_ik.boundary import computed
 from robust_ik.checks import Array, as_array
 from robust_ik.errors import InputError
 
 
+@computed
 def normalise(J: ArrayLike, extents: ArrayLike) -> Array:
     """J with every row divided by the largest value that its task coordinate can take: σ without units, (..., m, n).
 

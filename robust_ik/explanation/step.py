@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robust_ik.boundary import checked, computed
 from robust_ik.checks import Array, as_array, checked_parameter, readonly
 from robust_ik.errors import InputError
 from robust_ik.explanation.directions import Direction, take_apart
@@ -101,6 +102,7 @@ class Explanation:
         return table(self)
 
 
+@checked
 def explain(
     J: ArrayLike,
     xdot: ArrayLike,
@@ -149,6 +151,7 @@ def explain(
     )
 
 
+@computed
 def unavoidable_angle(J: ArrayLike, xdot: ArrayLike, threshold: ArrayLike | None = None) -> Array:
     """The angle between ẋ and its projection onto the directions that are not lost, rad in [0, π/2].
 

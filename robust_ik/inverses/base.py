@@ -10,14 +10,17 @@ To add one:
 from __future__ import annotations
 
 import abc
+import functools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.checks import Array
+from robust_ik.checks import Array, as_array
+from robust_ik.errors import InputError
 from robust_ik.inverses.pieces import apply_gains
 from robust_ik.linalg import svd
 from robust_ik.problem import TaskEquation
@@ -42,6 +45,42 @@ class Card:
     continuity: str
 
 
+def _asked_about(function: Callable[..., Any]) -> Callable[..., Any]:
+    """What an inverse says of a σ₁, which must be a number."""
+
+    @functools.wraps(function)
+    def says(inverse: RobustInverse, sigma_max: float, *others: Any, **named: Any) -> Any:
+        given = as_array(sigma_max, "sigma_max", ())
+        if not (given >= 0).all():
+            raise InputError(f"sigma_max must be ≥ 0, got {given}")
+        return function(inverse, given if given.ndim else float(given), *others, **named)
+
+    return says
+
+
+def _of_spectrum(function: Callable[..., Any]) -> Callable[..., Any]:
+    """What a filter makes of singular values, which must be numbers; those of `svd` are without a further look."""
+
+    @functools.wraps(function)
+    def makes(inverse: RobustInverse, s: ArrayLike) -> Any:
+        if type(s) is not np.ndarray or s.dtype != np.float64:
+            s = as_array(s, "s", ())
+        if s.ndim and s.shape[-1] == 0:
+            raise InputError("s must hold at least one singular value, got none")
+        if s.size and not (s.min() >= 0 and s.max() < math.inf):
+            raise InputError(f"s must be singular values, finite and not negative, got {s}")
+        return function(inverse, s) if s.ndim else np.reshape(function(inverse, s[None]), ())
+
+    return makes
+
+
+CHECKED = {
+    "largest_gain": _asked_about, "gain_at_zero": _asked_about, "jumps": _asked_about,
+    "gains": _of_spectrum, "is_exact": _of_spectrum,
+}  # fmt: skip
+"""Methods that every inverse writes for itself, and what checks their argument in all of them."""
+
+
 class RobustInverse(abc.ABC):
     """A way from a wanted task velocity to joint velocities that stays sane near singularities.
 
@@ -52,6 +91,12 @@ class RobustInverse(abc.ABC):
 
     source: ClassVar[str]
     card: ClassVar[Card]
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        for name, check in CHECKED.items():
+            if name in vars(cls):
+                setattr(cls, name, check(vars(cls)[name]))
 
     @property
     def needs_hessian(self) -> bool:

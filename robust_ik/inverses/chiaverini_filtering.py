@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.checks import Array, checked_parameter
+from robust_ik.checks import Array, as_array, checked_parameter
 from robust_ik.inverses.base import Card, Jump
 from robust_ik.inverses.chiaverini import largest_fading_gain
 from robust_ik.inverses.gain_formula import GainFormula
@@ -103,7 +103,7 @@ class ChiaveriniFiltering(GainFormula):
             sigma_max: σ₁, which stays.
             others: Further singular values that stay, at most σ₁; without them the running one is always the last.
         """
-        crossing = min([*others, sigma_max])
+        crossing = min([*as_array(others, "others", (None,)).ravel().tolist(), sigma_max])
         if self.multi or crossing >= min(self.threshold, sigma_max):
             return ()
         second, last = self.gains([crossing, crossing])

@@ -55,7 +55,7 @@ class DulebaAdditive(RobustInverse):
     def __post_init__(self) -> None:
         checked_parameter("squared_damping", self.squared_damping, above=0)
         checked_parameter("floor", self.floor, above=0)
-        if self.variant not in get_args(Variant):
+        if not isinstance(self.variant, str) or self.variant not in get_args(Variant):
             raise InputError(f"variant must be one of {', '.join(get_args(Variant))}, got {self.variant!r}")
 
     def solve(self, J: ArrayLike, xdot: ArrayLike) -> Array:

@@ -79,7 +79,7 @@ class FilteredInverse(RobustInverse):
         """
         J = as_array(J, "J", (None, None))
         m, n = J.shape[-2:]
-        theta = as_array(theta, "theta", (n, m))
+        theta, dt = as_array(theta, "theta", (n, m)), checked_parameter("dt", dt, least=0)
         # Padded to a square, so that U and V are complete; the padding stays zero.
         size = max(m, n)
         whole = svd(_padded(J, size))

@@ -62,7 +62,7 @@ class SDLS(RobustInverse):
         checked_parameter("max_angle", self.max_angle, above=0)
         checked_parameter("length_scale", self.length_scale, above=0)
         check_linear_rows(self.linear_rows)
-        if self.clamp not in get_args(Clamp):
+        if not isinstance(self.clamp, str) or self.clamp not in get_args(Clamp):
             raise InputError(f"clamp must be one of {', '.join(get_args(Clamp))}, got {self.clamp!r}")
 
     def solve(self, J: ArrayLike, xdot: ArrayLike) -> Array:

@@ -10,6 +10,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robust_ik.boundary import checked
 from robust_ik.bounds import Bounds
 from robust_ik.checks import Array, as_array, checked_parameter, readonly
 from robust_ik.errors import InputError
@@ -97,6 +98,7 @@ class CollisionLimit(Limit):
     _reach: Array
 
     @classmethod
+    @checked
     def of(
         cls,
         robot: Robot,
@@ -198,6 +200,7 @@ class CollisionLimit(Limit):
     def _cause(self, pair: int) -> str:
         return " - ".join(self._scene.names(pair)) + OURS
 
+    @checked
     def distances(self, robot: Robot, q: ArrayLike) -> list[PairDistance]:
         """How far every pair is apart, however far, nearest first.
 

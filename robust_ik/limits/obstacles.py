@@ -8,7 +8,7 @@ from numbers import Real
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.checks import Array, as_array, checked_parameter, checked_rigid, readonly
+from robust_ik.checks import Array, as_measures, checked_parameter, checked_rigid, readonly
 from robust_ik.description import Box, Cylinder, Sphere
 from robust_ik.errors import InputError
 
@@ -29,7 +29,7 @@ class HalfSpace:
     offset: float = 0.0
 
     def __post_init__(self) -> None:
-        normal = as_array(self.normal, "normal", (3,))
+        normal = as_measures(self.normal, "normal", (3,))
         length = float(np.linalg.norm(normal)) if normal.shape == (3,) else 0.0
         if not 1e-9 < length < 1e9:
             raise InputError(f"normal must be three numbers of a length between 1e-9 and 1e9, got {self.normal!r}")

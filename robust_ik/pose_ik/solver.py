@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.chain import Chain
-from robust_ik.checks import Array, check_leading_axes
+from robust_ik.checks import Array, as_array, check_leading_axes
 from robust_ik.errors import InputError
 from robust_ik.kernels import pose_layout as lay
 from robust_ik.linalg import singular_values
@@ -177,6 +177,7 @@ class PoseSolver:
 
     def singular_values(self, q: Array) -> Array:
         """Of the Jacobian in the wanted rows, (..., nq) → (..., k), descending."""
+        q = as_array(q, "q", (self.chain.nq,))
         J = self.chain.jacobians(q, "local_world_aligned")
         return singular_values(J[..., [ROWS.index(row) for row in self.rows], :])
 

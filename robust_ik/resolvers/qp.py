@@ -42,7 +42,7 @@ def check_backend(backend: str) -> None:
     """
     import qpsolvers  # brings scipy, a quarter of a second: only where a program is solved
 
-    if backend not in qpsolvers.available_solvers:
+    if not isinstance(backend, str) or backend not in qpsolvers.available_solvers:
         raise InputError(f"backend must be one of {', '.join(sorted(qpsolvers.available_solvers))}, got {backend!r}")
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from robust_ik.boundary import check_type
 from robust_ik.checks import Array
 from robust_ik.resolvers.limiters import Limiter, Scaling, Wish
 from robust_ik.resolvers.qp import REGULARISATION, check_backend, share_of, solve_within
@@ -35,6 +36,7 @@ class QuadraticProgram(Limiter):
 
     def __post_init__(self) -> None:
         check_backend(self.backend)
+        check_type("keep_direction", self.keep_direction, "bool")
 
     def limit(self, wish: Wish) -> tuple[Array, float]:
         """See `Limiter.limit`."""

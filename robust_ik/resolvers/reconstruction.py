@@ -9,6 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from robust_ik.boundary import check_type
 from robust_ik.checks import Array, checked_parameter
 from robust_ik.derivatives import manipulability_gradient
 from robust_ik.errors import InputError
@@ -64,6 +65,8 @@ class TaskReconstruction(PriorityResolver):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        check_type("compensate", self.compensate, "bool")
+        check_type("printed_sign", self.printed_sign, "bool")
         if not all(isinstance(each, SingularValueFilter) for each in self.inverses):
             raise InputError(f"TaskReconstruction takes filters such as JParse(), got {self.inverse!r}")
         if not self.bounds:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
+from robust_ik.boundary import checked
 from robust_ik.certificates import Certificate
 from robust_ik.errors import RobustIKError
 from robust_ik.progress import Told
@@ -79,6 +80,7 @@ class SingularityAtlas:
     def __str__(self) -> str:
         return self.markdown()
 
+    @checked
     def of_corank(self, corank: int) -> tuple[Stratum, ...]:
         """The rows of one corank."""
         return tuple(stratum for stratum in self.strata if stratum.corank == corank)
@@ -122,6 +124,7 @@ class SingularityAtlas:
             raise NoSingularitiesError(f"{self.robot.name}: {self.explanation}")
         return self
 
+    @checked
     def distance(self, q: ArrayLike) -> Nearest:
         """The nearest singular configuration of a configuration q, (n,) or (nq,), limits left aside.
 
@@ -130,12 +133,14 @@ class SingularityAtlas:
         """
         return self.distances(q)[0]
 
+    @checked
     def distances(self, q: ArrayLike) -> list[Nearest]:
         """The nearest configuration of every stratum, the nearest stratum first."""
         if not self.strata:
             raise NoSingularitiesError(f"{self.robot.name}: {self.explanation}")
         return nearest(self.robot.chain, self.strata, self.robot.values(q))
 
+    @checked
     def curves(self, stratum: Stratum) -> tuple[Curve, ...]:
         """What the coupled joints of one of its rows do: closed curves where they have one freedom, else points.
 
@@ -159,6 +164,7 @@ class SingularityAtlas:
 
         return extend(self, starts, executor, progress)
 
+    @checked
     def save(self, path: str | Path) -> Path:
         """Writes it as JSON."""
         from robust_ik.singularities.storage import save  # knows atlases

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from robust_ik.boundary import checked
 from robust_ik.certificates import Certificate
 from robust_ik.checks import checked_parameter
 from robust_ik.errors import InputError
@@ -33,6 +34,7 @@ STARTS = 1500
 DEFAULT_SEED = 0
 
 
+@checked
 def find_singularities(
     robot: Robot,
     corank: int | None = None,
@@ -88,6 +90,7 @@ def find_singularities(
     return _searched(Work(facts, settings, executor=executor), int(starts), progress)
 
 
+@checked
 def extend(
     atlas: SingularityAtlas, starts: int, executor: Executor | None = None, progress: Told | None = None
 ) -> SingularityAtlas:

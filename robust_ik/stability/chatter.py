@@ -12,6 +12,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robust_ik.boundary import computed
 from robust_ik.checks import Array, checked_parameter
 from robust_ik.derivatives import singular_value_gradients
 from robust_ik.errors import InputError
@@ -22,6 +23,7 @@ from robust_ik.stability.probe import gains_at, grid, supremum
 REFINEMENTS, PER_REFINEMENT = 6, 41
 
 
+@computed
 def slope_at_zero(inverse: SingularValueFilter, sigma_max: float) -> float:
     """φ'(0): 1/λ² for damped least squares, p/(γσ₁)² for J-PARSE; infinite where φ(0⁺) ≠ 0.
 
@@ -37,6 +39,7 @@ def slope_at_zero(inverse: SingularValueFilter, sigma_max: float) -> float:
     return math.inf if nearer > farther * (1 + 1e-6) else float(nearer)
 
 
+@computed
 def steepest_slope(inverse: SingularValueFilter, sigma_max: float) -> float:
     """The least upper bound of φ(σ)/σ over 0 < σ ≤ σ₁: at least φ'(0), and what decides for swings of any size.
 
@@ -51,6 +54,7 @@ def steepest_slope(inverse: SingularValueFilter, sigma_max: float) -> float:
     return max(slope, supremum(inverse, sigma_max, lambda sigma, phi: phi / sigma))
 
 
+@computed
 def sigma_rate(J: ArrayLike, hessian: ArrayLike) -> Array:
     """How fast the smallest singular value grows with joint motion along its own v: a = |dσ_k/dy|, shape (...).
 
@@ -66,6 +70,7 @@ def sigma_rate(J: ArrayLike, hessian: ArrayLike) -> Array:
     return np.asarray(np.abs(np.sum(gradient * svd(J).Vt[..., -1, :], axis=-1)))
 
 
+@computed
 def critical_dt(slope: float, rate: float, lost_speed: float) -> float:
     """The time step above which the arm swings about the singularity, 2/(slope · a |w|), s; infinite if it never does.
 
@@ -82,6 +87,7 @@ def critical_dt(slope: float, rate: float, lost_speed: float) -> float:
     return 2 / (slope * pull) if slope > 0 and pull > 0 else math.inf
 
 
+@computed
 def limit_cycle_amplitude(
     inverse: SingularValueFilter, sigma_max: float, *, dt: float, rate: float, lost_speed: float
 ) -> float:

@@ -10,6 +10,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robust_ik.boundary import computed
 from robust_ik.checks import Array, as_array, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.inverses import SingularValueFilter
@@ -17,6 +18,7 @@ from robust_ik.linalg import svd
 from robust_ik.stability.probe import supremum
 
 
+@computed
 def largest_share(inverse: SingularValueFilter, sigma_max: float) -> float:
     """The least upper bound of σφ(σ) over 0 < σ ≤ σ₁ = sigma_max: the most that is given of what is asked.
 
@@ -32,6 +34,7 @@ def largest_share(inverse: SingularValueFilter, sigma_max: float) -> float:
     return supremum(inverse, sigma_max, lambda sigma, phi: sigma * phi)
 
 
+@computed
 def largest_stable_gain(inverse: SingularValueFilter, dt: float, sigma_max: float) -> float:
     """The largest entry k of K with k d̄ Δt ≤ 2, d̄ = sup σφ(σ), 1/s: ½eᵀKe does not grow, at any q.
 
@@ -50,6 +53,7 @@ def largest_stable_gain(inverse: SingularValueFilter, dt: float, sigma_max: floa
     return 2 / (step * share) if share > 0 else math.inf
 
 
+@computed
 def largest_stable_dt(inverse: SingularValueFilter, gain: ArrayLike, sigma_max: float) -> float:
     """The largest Δt with k d̄ Δt ≤ 2, s; see `largest_stable_gain`.
 
@@ -62,6 +66,7 @@ def largest_stable_dt(inverse: SingularValueFilter, gain: ArrayLike, sigma_max: 
     return 2 / (largest * largest_share(inverse, sigma_max))
 
 
+@computed
 def conservative_gain(inverse: SingularValueFilter, dt: float, rows: int, sigma_max: float) -> float:
     """The paper's own bound k d̄ Δt ≤ 2/m, 1/s: m times smaller than `largest_stable_gain`, from diagonal dominance.
 
@@ -78,6 +83,7 @@ def conservative_gain(inverse: SingularValueFilter, dt: float, rows: int, sigma_
     return largest_stable_gain(inverse, dt, sigma_max) / checked_parameter("rows", rows, least=1)
 
 
+@computed
 def error_factors(inverse: SingularValueFilter, J: ArrayLike, gain: float, dt: float) -> Array:
     """1 − Δt k dᵢ with dᵢ = σᵢφ(σᵢ): by what one step multiplies the error along uᵢ, for K = kI, (..., k).
 
@@ -95,6 +101,7 @@ def error_factors(inverse: SingularValueFilter, J: ArrayLike, gain: float, dt: f
     return np.asarray(1 - product * s * inverse.gains(s))
 
 
+@computed
 def lyapunov(error: ArrayLike, gain: ArrayLike) -> Array:
     """V = ½ eᵀKe, shape (...): what falls in continuous time. ½‖e‖² need not, if K is no multiple of I.
 
@@ -108,6 +115,7 @@ def lyapunov(error: ArrayLike, gain: ArrayLike) -> Array:
     return np.asarray(0.5 * np.sum(positive_gain(gain, error.shape[-1]) * error**2, axis=-1))
 
 
+@computed
 def lyapunov_rate(inverse: SingularValueFilter, J: ArrayLike, error: ArrayLike, gain: ArrayLike) -> Array:
     """V̇ = −(Ke)ᵀ J J# (Ke) ≤ 0 for a target at rest, shape (...); negative while Ke has a part that is given.
 
@@ -126,6 +134,7 @@ def lyapunov_rate(inverse: SingularValueFilter, J: ArrayLike, error: ArrayLike, 
     return np.asarray(-np.sum(s * inverse.gains(s) * y**2, axis=-1))
 
 
+@computed
 def decrease_matrix(inverse: SingularValueFilter, J: ArrayLike, gain: ArrayLike, dt: float) -> Array:
     """G − (Δt/2) G K G with G = J J#, (..., m, m): one step changes V by −Δt (Ke)ᵀ(…)(Ke), J being constant.
 
@@ -146,6 +155,7 @@ def decrease_matrix(inverse: SingularValueFilter, J: ArrayLike, gain: ArrayLike,
     return np.asarray(G - dt / 2 * G @ (K[..., None] * G))
 
 
+@computed
 def projector_leak(inverse: SingularValueFilter, J: ArrayLike) -> Array:
     """‖J (I − J#J)‖₂ = max σᵢ|1 − σᵢφ(σᵢ)|: the task speed that I − J#J leaks per secondary joint speed, shape (...).
 

@@ -9,11 +9,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robust_ik.boundary import computed
 from robust_ik.checks import Array, as_array, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.stability.feedback import positive_gain
 
 
+@computed
 def block_gains_are_stable(position_gain: float, orientation_gain: float, share: float = 1.0) -> bool:
     """Whether √share |√k_p − √k_o| ≤ 2, so that unequal gains along one singular direction cannot feed the error.
 
@@ -35,6 +37,7 @@ def block_gains_are_stable(position_gain: float, orientation_gain: float, share:
     return bool(checked_parameter("share", share, above=0) * (np.sqrt(k_p) - np.sqrt(k_o)) ** 2 <= 4 * (1 + 1e-12))
 
 
+@computed
 def smallest_eigenvalue_along(u: ArrayLike, gains: ArrayLike, share: float = 1.0) -> Array:
     """The smallest eigenvalue of the symmetric part of I − uuᵀ + d uuᵀK_s, shape (...); the error can grow below 0.
 

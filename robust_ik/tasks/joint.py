@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.checks import Array, as_array, checked_cap, checked_parameter
+from robust_ik.checks import Array, as_measures, checked_cap, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.problem import TaskEquation
 from robust_ik.robot import Robot
@@ -42,7 +42,7 @@ class JointTask(Task):
         names = checked_joints(self.joints)
         if names is None:
             raise InputError("joints must be names, got None; PostureTask takes all joints")
-        target = one_vector("target", np.atleast_1d(as_array(self.target, "target", ())), None)
+        target = one_vector("target", np.atleast_1d(as_measures(self.target, "target", ())), None)
         if target.size != len(names):
             raise InputError(f"target must hold one value for each of {', '.join(names)}, got {target.size}")
         self._store(

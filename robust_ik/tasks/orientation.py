@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.checks import Array, as_array, checked_cap, checked_parameter, checked_rigid, readonly
+from robust_ik.checks import Array, as_measures, checked_cap, checked_parameter, checked_rigid, readonly
 from robust_ik.errors import InputError
 from robust_ik.problem import TaskEquation
 from robust_ik.robot import Robot
@@ -74,7 +74,7 @@ def one_rotation(name: str, value: ArrayLike) -> Array:
     Raises:
         InputError: It is none.
     """
-    matrix = as_array(value, name, (3, 3))
+    matrix = as_measures(value, name, (3, 3))
     if matrix.ndim != 2:
         raise InputError(f"{name} must be one rotation, (3, 3), got shape {matrix.shape}")
     pose = np.eye(4)

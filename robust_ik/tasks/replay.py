@@ -7,8 +7,9 @@ from typing import Literal
 
 import numpy as np
 
-from robust_ik.checks import Array, as_array, readonly
+from robust_ik.checks import Array, as_measures, readonly
 from robust_ik.errors import InputError
+from robust_ik.paths import checked_time
 from robust_ik.tasks.base import Task
 from robust_ik.tasks.stack import Stack, checked_levels
 from robust_ik.tasks.twist import TwistTask
@@ -36,10 +37,10 @@ class Replay:
     below: Stack = field(default=(), kw_only=True)
 
     def __post_init__(self) -> None:
-        times = as_array(self.times, "times", (None,))
+        times = as_measures(self.times, "times", (None,))
         if times.ndim != 1 or len(times) < 2 or not (np.diff(times) > 0).all():
             raise InputError(f"times must be at least two that increase, (k,), got {times.tolist()[:10]}")
-        twists = as_array(self.twists, "twists", (len(times), 6))
+        twists = as_measures(self.twists, "twists", (len(times), 6))
         if twists.ndim != 2:
             raise InputError(f"twists must have shape ({len(times)}, 6), got {twists.shape}")
         TwistTask(np.zeros(6), self.frame, self.reference)
@@ -54,7 +55,9 @@ class Replay:
 
     def twist(self, time: float) -> Array:
         """What is commanded at `time`, (6,)."""
-        return np.array([np.interp(time, self.times, column, left=0.0, right=0.0) for column in self.twists.T])
+        return np.array(
+            [np.interp(checked_time(time), self.times, column, left=0.0, right=0.0) for column in self.twists.T]
+        )
 
     @property
     def duration(self) -> float:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robust_ik.checks import Array, as_array, readonly
+from robust_ik.checks import Array, as_measures, readonly
 from robust_ik.errors import FrameNotFoundError, InputError, suggest
 from robust_ik.robot import Robot
 from robust_ik.rows import ROWS, checked_rows
@@ -20,7 +20,7 @@ def one_vector(name: str, value: ArrayLike, length: int | None) -> Array:
     Raises:
         InputError: It is none, or has another length.
     """
-    vector = as_array(value, name, (length,))
+    vector = as_measures(value, name, (length,))
     if vector.ndim != 1 or vector.size == 0:
         raise InputError(f"{name} must be one vector, ({length or 'any'},), got shape {vector.shape}")
     return readonly(vector)

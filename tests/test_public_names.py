@@ -1,0 +1,95 @@
+"""What is passed to public names by mistake is told in a sentence, and never comes out as NaN."""
+
+import numpy as np
+import pytest
+
+import robust_ik as rik
+from robust_ik.boundary import check_type, checked, computed
+from robust_ik.errors import InputError
+from tests.attack import public_names
+
+
+def test_every_public_name_is_attacked():
+    assert public_names.uncovered() == []
+    names = {name for name, _ in public_names.subjects()}
+    assert {"explain", "simulate", "OutAndBack", "Robot.pose", "VelocityController.step", "Stepper.step"} <= names
+    assert {"JParse.solve", "plot_runs", "largest_stable_gain", "SingularityAtlas.distance", "Follow()"} <= names
+
+
+def test_hostile_values_are_told_in_a_sentence_or_give_good_results():
+    assert public_names.attack(public_names.COUNTS["short"], 7, lambda text: None) == []
+
+
+def test_a_function_that_fails_in_its_own_way_is_found():
+    def divides(value: "float") -> float:
+        return 1 / value
+
+    found = [public_names._called("svd", divides, {"value": value}) for value in (0, "x")]
+    assert [each[0].split(":")[0] for each in found] == ["ZeroDivisionError", "TypeError"]
+    assert public_names._called("svd", lambda value: np.array([value]), {"value": np.nan}) == ["NaN in result"]
+
+
+J, XDOT = np.eye(6), np.ones(6)
+
+
+@pytest.mark.parametrize(
+    "call, words",
+    [
+        (lambda: rik.explain(J, XDOT, None), "inverse must be a RobustInverse, got None"),
+        (lambda: rik.explain(J, XDOT, rik.JParse(), rows=7), "rows must be a sequence, each a str or None"),
+        (lambda: rik.OutAndBack(np.eye(4), "x"), "goal must be an array of real numbers, got 'x'"),
+        (lambda: rik.OutAndBack(np.eye(4), np.zeros(3), travel="x"), "travel must be > 0, got 'x'"),
+        (lambda: rik.OutAndBack(np.eye(4), np.zeros(3))("soon"), "time must be finite, got 'soon'"),
+        (lambda: rik.PositionTask(np.full(3, 1e308)), "target must lie within ±1e.100"),
+        (lambda: rik.FrameTask(np.eye(4) * 1e308), "target must lie within ±1e.100"),
+        (lambda: rik.find_singularities("panda"), "robot must be a Robot, got 'panda'"),
+        (lambda: rik.JParse().largest_gain("x"), "sigma_max must be ≥ 0, got 'x'"),
+        (lambda: rik.JParse().gains([1.0, -1.0]), "s must be singular values, finite and not negative"),
+        (lambda: rik.JParse().gains([]), "at least one singular value"),
+        (lambda: rik.Stepper(None), "robot must be a Robot, got None"),
+        (lambda: rik.load("panda").pose(np.zeros(7), frame=[]), "a frame is named by a str"),
+        (lambda: rik.Box("x"), "size must be an array of real numbers"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_meant_is_said_to_be(call, words):
+    with pytest.raises(InputError, match=words):
+        call()
+
+
+@pytest.mark.parametrize("limits", [None, ()])
+def test_a_target_beyond_all_numbers_is_refused_with_limits_and_without(limits):
+    robot = rik.load("planar_2r")
+    far = np.eye(4)
+    far[0, 3] = 1e308
+    with pytest.raises(InputError, match="target must lie within"):
+        rik.VelocityController(robot, rik.JParse(), limits).step(robot.rest, [[rik.FrameTask(far)]], 0.01)
+    far[0, 3] = 1e99
+    result = rik.VelocityController(robot, rik.JParse(), limits).step(robot.rest, [[rik.FrameTask(far)]], 0.01)
+    assert np.isfinite(result.qdot).all()
+
+
+def test_annotations_are_what_is_checked():
+    @checked
+    def function(a: "float", b: "Sequence[str] | None" = None, c: "Unknown" = None, *, d: "Mapping[str, int]" = {}):  # noqa: B006, F821
+        return a
+
+    assert function(1, ["x"], object(), d={"x": 1}) == 1
+    assert function(np.float32(2.0)) == 2
+    for given in ({"a": "x"}, {"a": 1, "b": "x"}, {"a": 1, "b": [1]}, {"a": 1, "d": {"x": 1.5}}, {"a": 1, "d": 3}):
+        with pytest.raises(InputError, match="must be"):
+            function(**given)
+    with pytest.raises(TypeError, match="unexpected keyword"):
+        function(1, e=2)
+    check_type("n", np.int64(3), "int")
+    with pytest.raises(InputError, match="n must be a whole number or None, got True"):
+        check_type("n", True, "int | None")
+
+
+def test_what_overflows_is_told():
+    @computed
+    def product(x: "ArrayLike"):  # noqa: F821
+        return np.asarray(x) * np.asarray(x) - np.asarray(x) * np.asarray(x)
+
+    assert product([1.0])[0] == 0
+    with pytest.raises(InputError, match="product overflows for what was given: .1e.308"):
+        product([1e308])
