@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import reprlib
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robust_ik.boundary import checked
-from robust_ik.checks import Array, as_measures, check_leading_axes
+from robust_ik.checks import Array, as_array, check_leading_axes
 from robust_ik.errors import InputError
 from robust_ik.joints import JointMap
 
@@ -46,13 +47,12 @@ class Configurations:
 
     def configuration(self, values: ArrayLike) -> Array:
         """Joint values (..., n) in rad or m → q (..., nq)."""
-        return self._joints.configuration(as_measures(values, "values", (self.n,)))
+        return self._joints.configuration(as_array(values, "values", (self.n,)))
 
     def joint_values(self, q: ArrayLike) -> Array:
         """Configurations q (..., nq) → joint values (..., n) in rad or m; continuous joints in (−π, π]."""
         return self._joints.values(self._checked(q))
 
-    @checked
     def random(self, rng: np.random.Generator, size: int | tuple[int, ...] = ()) -> Array:
         """Uniform random configurations inside the limits, (*size, nq).
 
@@ -61,6 +61,8 @@ class Configurations:
         shape = size if isinstance(size, tuple) else (size,)
         if not all(isinstance(length, (int, np.integer)) and length >= 0 for length in shape):
             raise InputError(f"size must be a count or a tuple of counts, got {size!r}")
+        if not isinstance(rng, np.random.Generator):
+            raise InputError(f"rng must be a numpy Generator, got {reprlib.repr(rng)}")
         lower, upper = self._span()
         return self._joints.configuration(rng.uniform(lower, upper, (*shape, self.n)))
 
@@ -74,7 +76,7 @@ class Configurations:
 
     def integrate(self, q: ArrayLike, dq: ArrayLike) -> Array:
         """Q ⊕ dq on the manifold: (..., nq) and (..., n) → (..., nq), leading axes broadcast."""
-        q, dq = self._checked(q), as_measures(dq, "dq", (self.n,))
+        q, dq = self._checked(q), as_array(dq, "dq", (self.n,))
         check_leading_axes("q", q.shape[:-1], "dq", dq.shape[:-1])
         return self._joints.integrate(q, dq)
 
@@ -86,7 +88,7 @@ class Configurations:
 
     def _checked(self, q: ArrayLike) -> Array:
         try:
-            q = as_measures(q, "q", (self.nq,))
+            q = as_array(q, "q", (self.nq,))
         except InputError as error:
             hint = " (continuous joints take cos and sin; see Robot.configuration)" if self.nq != self.n else ""
             raise InputError(f"{error}; {self.name} has joints {', '.join(self.joint_names)}{hint}") from None

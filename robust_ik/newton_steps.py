@@ -9,7 +9,6 @@ from enum import Enum
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.boundary import checked
 from robust_ik.checks import Array, as_array, checked_parameter, readonly
 from robust_ik.errors import InputError
 from robust_ik.inverses import RobustInverse
@@ -62,7 +61,6 @@ class NewtonResult:
         return float(self.errors[-1])
 
 
-@checked
 def newton(
     kinematics: Function,
     jacobian: Function,

@@ -241,7 +241,10 @@ class Turning:
         if not (hasattr(self.path, "start") and hasattr(self.path, "duration") and callable(self.path)):
             raise InputError(f"path must be a path with a start and a duration, such as a Line, got {self.path!r}")
         whole = np.eye(4)
-        whole[:3, :3] = as_measures(self.goal, "goal", (3, 3))
+        turn = as_measures(self.goal, "goal", (3, 3))
+        if turn.ndim != 2:
+            raise InputError(f"goal must be one orientation, (3, 3), got shape {turn.shape}")
+        whole[:3, :3] = turn
         object.__setattr__(self, "goal", readonly(checked_rigid(whole, "goal")[:3, :3]))
         ends = Rotation.from_matrix(np.stack([self.path.start[:3, :3], self.goal]))
         object.__setattr__(self, "_between", Slerp([0.0, 1.0], ends))

@@ -175,7 +175,6 @@ class Robot(PoseInverse):
             guess=guess,
         )._told()
 
-    @checked
     def with_rows(self, rows: Sequence[str]) -> Robot:
         """The same robot with other task rows."""
         return replace(self, rows=checked_rows(rows))

@@ -43,7 +43,7 @@ J, XDOT = np.eye(6), np.ones(6)
         (lambda: rik.PositionTask(np.full(3, 1e308)), "target must lie within ±1e.100"),
         (lambda: rik.FrameTask(np.eye(4) * 1e308), "target must lie within ±1e.100"),
         (lambda: rik.find_singularities("panda"), "robot must be a Robot, got 'panda'"),
-        (lambda: rik.JParse().largest_gain("x"), "sigma_max must be ≥ 0, got 'x'"),
+        (lambda: rik.JParse().largest_gain("x"), "sigma_max must be an array of real numbers, got 'x'"),
         (lambda: rik.JParse().gains([1.0, -1.0]), "s must be singular values, finite and not negative"),
         (lambda: rik.JParse().gains([]), "at least one singular value"),
         (lambda: rik.Stepper(None), "robot must be a Robot, got None"),

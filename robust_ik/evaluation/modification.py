@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.boundary import computed
-from robust_ik.checks import Array, as_array, checked_parameter
+from robust_ik.checks import Array, as_array, check_leading_axes, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.linalg import svd
 
@@ -29,7 +29,9 @@ def modification_by_damping(s: ArrayLike, squared_damping: ArrayLike) -> Array:
     Source: Duleba 2023, eq. (25).
     """
     s = _spectrum(s)
-    return np.asarray(s.shape[-1] * np.broadcast_to(_not_negative(squared_damping), s.shape[:-1]))
+    added = _not_negative(squared_damping)
+    check_leading_axes("squared_damping", added.shape, "s", s.shape[:-1])
+    return np.asarray(s.shape[-1] * (added + np.zeros(s.shape[:-1])))
 
 
 @computed

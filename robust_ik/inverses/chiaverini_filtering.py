@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robust_ik.boundary import check_type
 from robust_ik.checks import Array, as_array, checked_parameter
 from robust_ik.inverses.base import Card, Jump
 from robust_ik.inverses.chiaverini import largest_fading_gain
@@ -54,6 +55,7 @@ class ChiaveriniFiltering(GainFormula):
     multi: bool = True
 
     def __post_init__(self) -> None:
+        check_type("multi", self.multi, "bool")
         checked_parameter("threshold", self.threshold, above=0)
         checked_parameter("damping", self.damping, above=0)
         if self.floor is None:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.typing import ArrayLike
 
+from robust_ik.boundary import check_type
 from robust_ik.checks import Array, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card
@@ -59,6 +60,8 @@ class ESRIM(GainFormula):
     damping: float | None = None
 
     def __post_init__(self) -> None:
+        check_type("beta_rule", self.beta_rule, "str")
+        check_type("alpha_mode", self.alpha_mode, "str")
         checked_parameter("sigma0", self.sigma0, above=0)
         checked_parameter("alpha0", self.alpha0, above=0)
         for name, choices in (("beta_rule", get_args(BetaRule)), ("alpha_mode", get_args(AlphaMode))):

@@ -13,7 +13,6 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robust_ik.boundary import checked
 from robust_ik.bounds import Bounds
 from robust_ik.checks import Array, checked_parameter, readonly
 from robust_ik.errors import InputError
@@ -50,7 +49,6 @@ class JointLimits(Limit):
     joint_names: tuple[str, ...]
 
     @classmethod
-    @checked
     def of(
         cls,
         robot: Robot,

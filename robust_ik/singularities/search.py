@@ -86,6 +86,8 @@ def find_singularities(
         check_corank(facts.chain, corank)
         corank = int(corank)
     tolerance = checked_parameter("tolerance", tolerance, above=0, below=1e-6)
+    if not isinstance(method, str):
+        raise InputError(f"method must be 'projection' or 'gradient', got {method!r}")
     settings = Settings(corank, seed_of(rng, DEFAULT_SEED), int(starts), tolerance, method, bool(certify))
     return _searched(Work(facts, settings, executor=executor), int(starts), progress)
 

@@ -64,6 +64,8 @@ WORK = {
     "duration",
 }
 """Parameters that say how much work is to be done: a great number is no mistake."""
+MATRICES = {"J", "s", "xdot", "theta", "hessian", "A", "M", "error", "twist", "twists", "secondary"}
+"""Parameters whose extreme magnitudes are another attack's subject."""
 CALLED = ("Callable", "Told", "Function", "Motion", "Path")
 """Annotations of what is called: what a callable of the user's raises is the user's."""
 
@@ -152,7 +154,7 @@ SAMPLES = {
     "robot": lambda: small(),
     "inverse": lambda: rik.DampedLeastSquares(),
     "resolver": lambda: rik.JParse(),
-    "scenarios": lambda: rik.load_scenario("xarm7_line"),
+    "scenarios": lambda: short_scenario(),
     "scenario": lambda: "xarm7_line",
     "methods": lambda: {"a": rik.JParse()},
     "stack": lambda: rik.PostureTask(Q),
@@ -247,6 +249,10 @@ OWN = {
     "Weighted.gains": {},
 }
 NUMBERS = {"float": 0.5, "int": 1, "bool": False, "str": "a"}
+
+
+def short_scenario():
+    return rik.Scenario("short", small(), small().rest, rik.Follow(line()), 0.02)
 
 
 def scenario_robot():
@@ -408,7 +414,19 @@ def hostile(parameter, good):
         values = [value for value in values if not callable(value)]
     if parameter.name in WORK:
         values = [value for value in values if not (isinstance(value, (int, float)) and value > 100)]
+    if parameter.name in MATRICES:
+        values = [value for value in values if not _is_extreme(value)]
     return values
+
+
+def _is_extreme(value):
+    """Whether squares or quotients of it may overflow."""
+    try:
+        sizes = np.abs(np.asarray(value, dtype=float))
+    except Exception:
+        return False
+    sizes = sizes[np.isfinite(sizes) & (sizes > 0)]
+    return bool(((sizes > 1e100) | (sizes < 1e-100)).any())
 
 
 # ------------------------------------------------------------------------------------------------ the attack
