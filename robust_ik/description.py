@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from robust_ik.checks import Array, as_array, as_number
-from robust_ik.errors import FrameNotFoundError, InputError, suggest
+from robust_ik.checks import Array
+from robust_ik.errors import FrameNotFoundError, suggest
 
 MOVING_TYPES = ("revolute", "continuous", "prismatic")
 
@@ -57,21 +57,12 @@ class Box:
 
     size: tuple[float, float, float]
 
-    def __post_init__(self) -> None:
-        size = as_array(self.size, "size", (3,))
-        if size.ndim != 1:
-            raise InputError(f"size must be three numbers, got shape {size.shape}")
-        object.__setattr__(self, "size", tuple(size.tolist()))
-
 
 @dataclass(frozen=True)
 class Sphere:
     """A sphere, radius in metres."""
 
     radius: float
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", as_number(self.radius, "radius"))
 
 
 @dataclass(frozen=True)
@@ -80,10 +71,6 @@ class Cylinder:
 
     radius: float
     length: float
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", as_number(self.radius, "radius"))
-        object.__setattr__(self, "length", as_number(self.length, "length"))
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,8 @@ from robust_ik.display.shapes import double_arrow, revolved, rod, swept_tube, tu
 from robust_ik.display.tracks import Tracks
 from robust_ik.display.view import View
 from robust_ik.errors import InputError
-from robust_ik.files import write_file
 from robust_ik.meshes.triangles import signed_volume
+from robust_ik.outputs import write_file
 from robust_ik.robot import Robot
 
 ARM = """<robot name="arm">

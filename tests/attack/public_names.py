@@ -33,7 +33,7 @@ RECORDS = {
     "Explanation", "PoseResult", "PoseResults", "Resolution", "LevelResult", "NewtonResult", "Trajectory", "Stratum",
     "SingularityAtlas", "WorkspaceMap", "Cells", "PairDistance", "IgnoredPair", "PoseSolver", "Robot", "CollisionLimit",
     "JointLimits", "Ablation", "Card", "Jump", "TrackingReport", "Comparison", "Leaf", "Place", "Proof", "Relation",
-    "Verdict", "DrawnRobot", "MissingMesh", "Certificate",
+    "Box", "Sphere", "Cylinder", "Verdict", "DrawnRobot", "MissingMesh", "Certificate",
 }  # fmt: skip
 """What the package makes and hands out; their constructors are for it alone."""
 
