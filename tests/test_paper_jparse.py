@@ -187,10 +187,11 @@ def test_more_gain_brings_the_arm_back_sooner_and_still_more_gain_saves_less():
 def test_more_gain_along_singular_directions_costs_peak_speed(name, label, peak):
     """The peaks are where the target jumps out of reach or back, so the run may end after the jump.
 
-    p ≠ 1 makes φ jump at its threshold, so that a run depends on the last bits: by 1.4 rad/s of 37, for p = 3.
+    p ≠ 1 makes φ jump at its threshold, so that a run depends on the last bits: by 4 rad/s of 37, for p = 3. So it is
+    the median of six.
     """
     seconds = 21.0 if name == "xarm7_line" else 61.0 if label == "p = 2" else 41.0
-    assert_allclose(run(name, f"J-PARSE, {label}", seconds).largest_speed, peak, rtol=0.06)
+    assert_allclose(np.median(apart(name, f"J-PARSE, {label}", seconds).speed.max(axis=0)), peak, rtol=0.1)
 
 
 def test_the_best_reachable_distance_is_not_beaten_by_any_random_search(rng):
