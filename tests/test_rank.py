@@ -156,3 +156,11 @@ def test_one_entry_of_one_among_tiny_ones_is_a_healthy_direction(inverse):
     qdot = inverse.solve(J, [0.1, 0.0, 0.0])
     assert np.isfinite(qdot).all()
     assert np.linalg.norm(qdot) <= inverse.largest_gain(1.0) * 0.1 * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("limiter", LIMITERS, ids=repr)
+def test_wishes_whose_squares_overflow_are_fitted_into_limits_like_others(limiter):
+    J, box = 1e-170 * np.array([[1.0, 0.5, 0.2], [0.1, 1.0, 0.3]]), (-np.ones(3), np.ones(3))
+    step = resolved(J, np.array([1.0, -1.0]), box, limiter, rik.MoorePenrose())
+    assert np.isfinite(step.qdot).all()
+    assert (np.abs(step.qdot) <= 1 + 1e-9).all()

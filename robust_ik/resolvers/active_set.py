@@ -67,7 +67,8 @@ def _first_stop(rows: Array, room: Array, step: Array, held: Sequence[int]) -> t
     """How much of a step there is room for, in [0, 1], and the row that stops it."""
     slopes = rows @ step
     slopes[held] = 0.0
-    meets = slopes > np.maximum(room, SAME * np.linalg.norm(step))
+    longest = float(np.abs(step).max(initial=0.0)) or 1.0  # wishes may be so large that their squares overflow
+    meets = slopes > np.maximum(room, SAME * longest * np.linalg.norm(step / longest))
     if not meets.any():
         return 1.0, None
     shares: NDArray[np.float64] = np.full(len(rows), np.inf)

@@ -76,6 +76,8 @@ def solve_within(hessian: Array, slope: Array, directions: Array, bounds: Bounds
 
 def share_of(wanted: Array, given: Array) -> float:
     """How much of a wish is given, along it, in [0, 1]; all of it if all but the price of regularisation is."""
+    largest = float(np.abs(wanted).max(initial=0.0)) or 1.0  # its squares could overflow
+    wanted, given = wanted / largest, given / largest
     size = float(wanted @ wanted)
     share = float(np.clip(wanted @ given / size, 0.0, 1.0)) if size > 0 else 1.0
     return 1.0 if share > 1 - ALL_BUT else share

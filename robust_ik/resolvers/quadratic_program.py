@@ -59,7 +59,8 @@ class QuadraticProgram(Limiter):
         """The largest share of the motion, with as little help as need be from what moves the level nowhere."""
         task = wish.reduced.motions
         along = task.T @ (task @ wish.motion) if len(task) else wish.motion
-        length = float(np.linalg.norm(along))
+        largest = float(np.abs(along).max(initial=0.0)) or 1.0  # its squares could overflow
+        length = largest * float(np.linalg.norm(along / largest))
         if length == 0:
             return Scaling().limit(wish)
         along = along / length
