@@ -302,12 +302,12 @@ def test_a_page_fetches_nothing_and_runs_only_its_own_scripts():
 
 
 def test_a_page_is_written_at_once_or_not_at_all(tmp_path, monkeypatch):
-    path = tmp_path / "new" / "folder" / "page.html"
+    path = tmp_path / "folder" / "page.html"
     assert write_file(path, "first ü") == path
     assert path.read_text(encoding="utf-8") == "first ü"
     assert path.stat().st_mode & 0o777 == 0o666 & ~_umask(tmp_path)
     monkeypatch.setattr("pathlib.Path.replace", _fail)
-    with pytest.raises(OSError, match="disk full"):
+    with pytest.raises(InputError, match="disk full"):
         write_file(path, "second")
     assert [p.name for p in path.parent.iterdir()] == ["page.html"]
     assert path.read_text(encoding="utf-8") == "first ü"
