@@ -45,8 +45,21 @@ PLAIN: Mapping[str, tuple[str, Callable[[Any], bool]]] = {
 """What to call a type, and what is of it."""
 
 
-def checked(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
+def checked_but(*own: str) -> Callable[[Callable[Parameters, Result]], Callable[Parameters, Result]]:
+    """`checked`, but for arguments of which the function says better itself what they must be.
+
+    Args:
+        own: Their names.
+    """
+    return functools.partial(checked, own=own)
+
+
+def checked(function: Callable[Parameters, Result], own: tuple[str, ...] = ()) -> Callable[Parameters, Result]:
     """The function, which refuses arguments of another type than its annotations name.
+
+    Args:
+        function: Any.
+        own: Names of arguments that it judges itself.
 
     Raises:
         InputError: An argument is of another type; the message names it.
@@ -56,7 +69,7 @@ def checked(function: Callable[Parameters, Result]) -> Callable[Parameters, Resu
     def wanted() -> tuple[inspect.Signature, dict[str, str]]:
         signature = inspect.signature(function)
         annotations = {name: str(each.annotation) for name, each in signature.parameters.items()}
-        return signature, {name: text for name, text in annotations.items() if name not in ("self", "cls")}
+        return signature, {name: text for name, text in annotations.items() if name not in ("self", "cls", *own)}
 
     @functools.wraps(function)
     def called(*arguments: Parameters.args, **named: Parameters.kwargs) -> Result:

@@ -19,7 +19,6 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.boundary import check_type
 from robust_ik.checks import Array, as_array, readonly
 from robust_ik.dh_checks import checked_name, checked_number, checked_numbers, checked_rigid, shown
 from robust_ik.errors import DHError, InputError
@@ -61,8 +60,11 @@ class DHJoint:
     name: str = ""
 
     def __post_init__(self) -> None:
-        check_type("a joint's name", self.name, "str")
-        label = f"joint {checked_name(self.name, 'a joint name')!r}: " if self.name != "" else ""
+        label = (
+            f"joint {checked_name(self.name, 'a joint name')!r}: "
+            if not isinstance(self.name, str) or self.name
+            else ""
+        )
         if not isinstance(self.kind, str) or self.kind not in KINDS:
             raise DHError(f"{label}type must be {' or '.join(KINDS)}, got {shown(self.kind)}")
         for key in ("a", "d", "alpha", "theta"):

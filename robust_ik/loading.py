@@ -9,7 +9,7 @@ from types import ModuleType
 
 import numpy as np
 
-from robust_ik.boundary import checked
+from robust_ik.boundary import checked_but
 from robust_ik.catalog import Entry, catalog, find
 from robust_ik.dh_toml import read_dh
 from robust_ik.errors import InputError, LoadError, cut
@@ -35,7 +35,7 @@ class _Wishes:
     xacro_args: Mapping[str, object] | None
 
 
-@checked
+@checked_but("xacro_args")
 def load(
     robot: str | Path | ModuleType,
     tip: str | None = None,

@@ -13,7 +13,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from robust_ik.boundary import checked
+from robust_ik.boundary import checked, checked_but
 from robust_ik.checks import Array, readonly
 from robust_ik.description import Description
 from robust_ik.dh import DHTable
@@ -97,7 +97,7 @@ class Robot(PoseInverse):
 
     # ------------------------------------------------------------------------------------------ construction
     @classmethod
-    @checked
+    @checked_but("xacro_args")
     def from_urdf(
         cls,
         path: str | Path,

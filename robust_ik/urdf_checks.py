@@ -45,7 +45,9 @@ def safe_tree(xml: str | bytes, kind: str = "a URDF", notes: Notes | None = None
         notes.add(f"a default XML namespace (xmlns=…) is passed over; {kind} has none")
     if root.tag != "robot":
         name = etree.QName(root).localname
-        raise UrdfError(_OTHERS.get(name) or f"the root element is <{name[:60]}>, not <robot>")
+        raise UrdfError(
+            (_OTHERS.get(name) if kind == "a URDF" else None) or f"the root element is <{name[:60]}>, not <robot>"
+        )
     return root
 
 

@@ -340,8 +340,8 @@ def test_the_bounds_take_what_sigma_rate_gives():
 
 
 def test_what_has_no_gain_is_refused_and_what_gives_nothing_is_always_stable():
-    with pytest.raises(InputError, match="only a singular-value filter"):
+    with pytest.raises(InputError, match="must be a SingularValueFilter, got Weighted"):
         stability.largest_stable_gain(Weighted(JParse()), 0.01, 1.0)
-    with pytest.raises(InputError, match="only a singular-value filter"):
+    with pytest.raises(InputError, match="must be a SingularValueFilter, got Weighted"):
         stability.slope_at_zero(Weighted(JParse()), 1.0)
     assert stability.largest_stable_gain(TruncatedSVD(threshold=2.0), 0.01, 1.0) == np.inf

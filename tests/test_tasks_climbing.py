@@ -127,7 +127,7 @@ def test_a_frame_that_no_joint_moves_asks_for_nothing():
 class Fixed:
     """A stand-in for a robot with a given J and its derivative."""
 
-    name, tip, n, rows = "fixed", "tip", 3, ("x", "y", "wz")
+    name, tip, n, rows, length_scale = "fixed", "tip", 3, ("x", "y", "wz"), 1.0
 
     def __init__(self, J, H):
         self.J, self.H = J, H

@@ -10,7 +10,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.boundary import checked
+from robust_ik.boundary import checked, checked_but
 from robust_ik.bounds import Bounds
 from robust_ik.checks import Array, as_array, checked_parameter, readonly
 from robust_ik.errors import InputError
@@ -98,7 +98,7 @@ class CollisionLimit(Limit):
     _reach: Array
 
     @classmethod
-    @checked
+    @checked_but("obstacles", "pairs")
     def of(
         cls,
         robot: Robot,
