@@ -38,8 +38,9 @@ def as_array(value: ArrayLike, name: str, shape: tuple[int | None, ...], *, fini
         array = np.asarray(None)
     if array.dtype.kind not in "biuf" or isinstance(value, np.ma.MaskedArray):
         raise InputError(f"{name} must be an array of real numbers, got {reprlib.repr(value)}")
-    with np.errstate(over="ignore"):  # of longer numbers: infinite, then
-        array = array.astype(float, copy=False)
+    if array.dtype != np.float64:
+        with np.errstate(over="ignore"):  # of longer numbers: infinite, then
+            array = array.astype(float)
     wanted = array.ndim >= len(shape) and all(
         want is None or have == want for have, want in zip(array.shape[array.ndim - len(shape) :], shape)
     )
@@ -58,9 +59,22 @@ def as_measures(value: ArrayLike, name: str, shape: tuple[int | None, ...]) -> A
     Raises:
         InputError: They are none, or larger than LARGEST_PARAMETER.
     """
-    array = as_array(value, name, shape)
-    if array.size and max(array.max(), -array.min()) > LARGEST_PARAMETER:
+    array = as_array(value, name, shape, finite=False)
+    if array.size and not max(array.max(), -array.min()) <= LARGEST_PARAMETER:
+        array = as_array(array, name, shape)  # tells NaN and infinity
         raise InputError(f"{name} must lie within ±{LARGEST_PARAMETER:g}, got {_shown(array)}")
+    return array
+
+
+def alone(array: Array, name: str, axes: int) -> Array:
+    """The array, which must be one vector or one matrix: have so many axes and no others.
+
+    Raises:
+        InputError: There are several, or none.
+    """
+    if array.ndim != axes:
+        what = "number" if axes == 0 else "vector" if axes == 1 else "matrix"
+        raise InputError(f"{name} must be one {what}, got an array of shape {array.shape}")
     return array
 
 
@@ -70,10 +84,12 @@ def as_number(value: object, name: str) -> float:
     Raises:
         InputError: It is none.
     """
-    array = as_array(np.asarray(None) if isinstance(value, (str, bytes)) else value, name, ())  # type: ignore[arg-type]
-    if array.ndim:
-        raise InputError(f"{name} must be a number, got an array of shape {array.shape}")
-    return float(array)
+    number = value.item() if isinstance(value, np.ndarray) and value.ndim == 0 else value
+    if not isinstance(number, Real):
+        raise InputError(f"{name} must be a number, got {reprlib.repr(value)}")
+    if not math.isfinite(_as_float(number)):
+        raise InputError(f"{name} must be finite, got {reprlib.repr(value)}")
+    return _as_float(number)
 
 
 def check_leading_axes(first: str, a: tuple[int, ...], second: str, b: tuple[int, ...]) -> None:

@@ -19,7 +19,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.checks import Array, as_array
+from robust_ik.checks import Array, as_array, as_number
 from robust_ik.errors import InputError
 from robust_ik.inverses.pieces import apply_gains
 from robust_ik.linalg import svd
@@ -50,10 +50,10 @@ def _asked_about(function: Callable[..., Any]) -> Callable[..., Any]:
 
     @functools.wraps(function)
     def says(inverse: RobustInverse, sigma_max: float, *others: Any, **named: Any) -> Any:
-        given = as_array(sigma_max, "sigma_max", ())
-        if not (given >= 0).all():
-            raise InputError(f"sigma_max must be ≥ 0, got {given}")
-        return function(inverse, given if given.ndim else float(given), *others, **named)
+        given = as_number(sigma_max, "sigma_max")
+        if given < 0:
+            raise InputError(f"sigma_max must be ≥ 0, got {given:g}")
+        return function(inverse, given, *others, **named)
 
     return says
 
@@ -71,6 +71,7 @@ def _of_spectrum(function: Callable[..., Any]) -> Callable[..., Any]:
             raise InputError(f"s must be singular values, finite and not negative, got {s}")
         return function(inverse, s) if s.ndim else np.reshape(function(inverse, s[None]), ())
 
+    makes.unchecked = function  # type: ignore[attr-defined]
     return makes
 
 
@@ -181,6 +182,12 @@ class SingularValueFilter(RobustInverse):
     def gains(self, s: ArrayLike) -> Array:
         """φ for a whole spectrum: singular values (..., k) in descending order, k ≥ 1, the first one being σ₁."""
 
+    def gains_of(self, s: Array) -> Array:
+        """`gains` of what `svd` found, without a further look at it: for control loops."""
+        gains = type(self).gains
+        found: Array = getattr(gains, "unchecked", gains)(self, s)
+        return found
+
     @abc.abstractmethod
     def largest_gain(self, sigma_max: float) -> float:
         """The least upper bound of |φ| over all spectra with σ₁ = sigma_max: ‖q̇‖ ≤ largest_gain · ‖ẋ‖."""
@@ -206,10 +213,10 @@ class SingularValueFilter(RobustInverse):
     def solve(self, J: ArrayLike, xdot: ArrayLike) -> Array:
         """Joint velocities V diag(φ(σ)) Uᵀ ẋ; see `RobustInverse.solve`."""
         decomposition = svd(J)
-        return apply_gains(decomposition, self.gains(decomposition.s), xdot)
+        return apply_gains(decomposition, self.gains_of(decomposition.s), xdot)
 
     def matrix(self, J: ArrayLike) -> Array:
         """The inverse J# itself, (..., n, m)."""
         decomposition = svd(J)
-        scaled = decomposition.U * self.gains(decomposition.s)[..., None, :]
+        scaled = decomposition.U * self.gains_of(decomposition.s)[..., None, :]
         return np.asarray(np.swapaxes(scaled @ decomposition.Vt, -1, -2))

@@ -104,7 +104,7 @@ class EDLS(GainFormula):
         # Flipping (u, v) leaves the sign as it is, so it does not matter whose SVD this is.
         slopes = np.einsum("...kn,...kn->...k", singular_value_gradients(equation.J, equation.hessian), Vt)
         leaving = (s > 0) / np.maximum(s, self.floor)
-        gains = np.where(slopes * components < 0, self.gains(s), leaving)
+        gains = np.where(slopes * components < 0, self.gains_of(s), leaving)
         return np.asarray(np.einsum("...kn,...k->...n", Vt, gains * components))
 
     def largest_gain(self, sigma_max: float) -> float:

@@ -89,7 +89,7 @@ class ESRIM(GainFormula):
         s: Quantity, largest: Quantity, smallest: Quantity, product: Quantity, place: Quantity, p: Any
     ) -> Quantity:
         """ασ/(α²σ² + β²)."""
-        x = np.minimum(s / p[0], 1.0)
+        x = np.minimum(s, p[0]) / p[0]
         return damped(factor(x, p[1], p[2]) * s, p[0] ** 2 * relative_damping(x, p[3], p[4]))
 
     @property

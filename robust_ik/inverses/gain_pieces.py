@@ -29,5 +29,5 @@ def fading(s: Quantity, threshold: Quantity, damping: Quantity) -> Quantity:
 
     Source: Chiaverini, Egeland and Kanestrøm 1991; Kim, Marani, Chung and Yuh, eq. (32).
     """
-    ratio = np.minimum(s / threshold, 1.0)
+    ratio = np.minimum(s, threshold) / threshold
     return (1.0 - ratio**2) * damping**2

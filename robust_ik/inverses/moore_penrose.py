@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -59,7 +60,8 @@ class MoorePenrose(GainFormula):
 
     def largest_gain(self, sigma_max: float) -> float:
         """1/(tolerance · σ₁): no useful bound."""
-        return 1 / (self.tolerance * sigma_max) if sigma_max > 0 else 0.0
+        least = self.tolerance * sigma_max
+        return 1 / least if least > 0 else math.inf if sigma_max > 0 else 0.0
 
     def is_exact(self, s: ArrayLike) -> np.ndarray:
         """Wherever σ counts as non-zero."""

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.checks import Array, as_array, check_leading_axes, checked_parameter
+from robust_ik.checks import Array, as_array, as_measures, check_leading_axes, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card, RobustInverse
 from robust_ik.inverses.chiaverini import largest_fading_gain
@@ -54,7 +54,7 @@ class UserDefinedAccuracy(RobustInverse):
 
     def __post_init__(self) -> None:
         if not isinstance(self.sacrificed, int):
-            direction = as_array(self.sacrificed, "sacrificed", (None,))
+            direction = as_measures(self.sacrificed, "sacrificed", (None,))
             length = float(np.linalg.norm(direction))
             if direction.ndim != 1 or not length > 0:
                 raise InputError(f"sacrificed must be a row or one direction, (m,), not zero, got {self.sacrificed!r}")

@@ -92,5 +92,5 @@ def level_gains(inverse: RobustInverse, reduced: Reduced) -> Array:
     if reduced.rank == 0 or not isinstance(inverse, SingularValueFilter):
         return np.zeros(len(reduced.s))
     beside = inverse.relative and reduced.s[0] < reduced.sigma_max * (1 - 1e-12)
-    gains = inverse.gains(np.r_[reduced.sigma_max, reduced.s])[1:] if beside else inverse.gains(reduced.s)
+    gains = inverse.gains_of(np.r_[reduced.sigma_max, reduced.s])[1:] if beside else inverse.gains_of(reduced.s)
     return np.where(reduced.s > 0, gains, 0.0)
