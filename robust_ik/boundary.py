@@ -165,7 +165,7 @@ def _fits(value: Any, kind: str) -> bool:
             return _is_array(value) and inner[:1] in ((), ("float",), ("int",), *((each,) for each in ARRAYS))
         if name != "Iterable" and not (hasattr(value, "__len__") and hasattr(value, "__getitem__")):
             return False
-        return _is_many(value) and (not isinstance(value, (list, tuple)) or all(_any_fits(v, inner[:1]) for v in value))
+        return _is_many(value) and all(_any_fits(each, inner[:1]) for each in _held(value))
     if name in NAMED:
         return any(each.__name__ == name for each in type(value).__mro__)
     return True
@@ -173,6 +173,11 @@ def _fits(value: Any, kind: str) -> bool:
 
 def _any_fits(value: Any, annotations: tuple[str, ...]) -> bool:
     return not annotations or any(_fits(value, kind) for kind in _alternatives(annotations[0]))
+
+
+def _held(value: Any) -> Any:
+    """What can be looked at without taking it out; the first stands for all of a range."""
+    return value[:1] if isinstance(value, range) else value if isinstance(value, (list, tuple)) else ()
 
 
 def _words(kind: str) -> str:

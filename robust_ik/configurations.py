@@ -59,7 +59,9 @@ class Configurations:
         Where limits are not stated: a full turn for a revolute joint, 2 m for a prismatic one.
         """
         shape = size if isinstance(size, tuple) else (size,)
-        if not all(isinstance(length, (int, np.integer)) and length >= 0 for length in shape):
+        if not all(
+            type(length) is not bool and isinstance(length, (int, np.integer)) and length >= 0 for length in shape
+        ):
             raise InputError(f"size must be a count or a tuple of counts, got {size!r}")
         if not isinstance(rng, np.random.Generator):
             raise InputError(f"rng must be a numpy Generator, got {reprlib.repr(rng)}")

@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robust_ik.bounds import CONTRADICTION, Bounds
-from robust_ik.checks import Array, as_array, as_measures, checked_parameter
+from robust_ik.checks import Array, as_measures, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.inverses import RobustInverse
 from robust_ik.limits import JointLimits, Limit
+from robust_ik.limits.base import checked_limits
 from robust_ik.problem import TaskEquation, VelocityProblem, stacked
 from robust_ik.resolution import Resolution
 from robust_ik.resolvers import Resolver, TaskPriority
@@ -70,7 +71,7 @@ class VelocityController:
             raise InputError(f"robot must be a Robot, as rik.load gives it, got {robot!r}")
         self.robot = robot
         self.resolver = as_resolver(resolver)
-        self.limits = _checked_limits(robot, limits)
+        self.limits = (JointLimits.of(robot),) if limits is None else checked_limits(limits)
         self._watching = [limit for limit in self.limits if type(limit).tightened is not Limit.tightened]
         inverses = self.resolver.inverses if isinstance(self.resolver, InverseResolver) else ()
         self.length_scale = chosen_length_scale(robot, inverses, length_scale)
@@ -105,7 +106,7 @@ class VelocityController:
             InputError: q is not one finite configuration, the stack is no list of lists of tasks, dt is not > 0.
             FrameNotFoundError: A task names a frame that the robot does not have.
         """
-        q = as_array(q, "q", ())
+        q = as_measures(q, "q", ())
         if q.ndim != 1:
             raise InputError(f"a step takes one configuration, (nq,), got shape {q.shape}")
         dt = checked_parameter("dt", dt, above=0)
@@ -210,12 +211,3 @@ def _checked(task: Task, equation: TaskEquation, robot: Robot) -> TaskEquation:
                 f"{'' if np.isfinite(array).all() else ' with NaN or infinity'}"
             )
     return equation
-
-
-def _checked_limits(robot: Robot, limits: Sequence[Limit] | Limit | None) -> tuple[Limit, ...]:
-    if limits is None:
-        return (JointLimits.of(robot),)
-    given = (limits,) if isinstance(limits, Limit) else limits
-    if not isinstance(given, (list, tuple)) or not all(isinstance(each, Limit) for each in given):
-        raise InputError(f"limits must be limits such as JointLimits.of(robot), () for none, got {limits!r}")
-    return tuple(given)

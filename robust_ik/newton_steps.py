@@ -9,7 +9,8 @@ from enum import Enum
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.checks import Array, as_array, checked_parameter, readonly
+from robust_ik.boundary import checked
+from robust_ik.checks import Array, alone, as_array, checked_parameter, readonly
 from robust_ik.errors import InputError
 from robust_ik.inverses import RobustInverse
 from robust_ik.problem import TaskEquation
@@ -61,6 +62,7 @@ class NewtonResult:
         return float(self.errors[-1])
 
 
+@checked
 def newton(
     kinematics: Function,
     jacobian: Function,
@@ -102,10 +104,8 @@ def newton(
     target = _vector(target, "target", None)
     step = checked_parameter("step", step, above=0)
     tolerance = checked_parameter("tolerance", tolerance, above=0)
-    whole = isinstance(max_iterations, (int, np.integer)) and not isinstance(max_iterations, bool)
-    if step > 1 or not whole or max_iterations < 0:
-        given = f"{step!r} and {max_iterations!r}"
-        raise InputError(f"step ≤ 1 and a whole number max_iterations ≥ 0 must hold, got {given}")
+    if step > 1 or max_iterations < 0:
+        raise InputError(f"step ≤ 1 and max_iterations ≥ 0 must hold, got {step!r} and {max_iterations!r}")
     if inverse.needs_hessian and hessian is None:
         raise InputError(f"{inverse!r} needs the Hessian: pass hessian=")
     driver = inverse.begin(step)
@@ -113,20 +113,28 @@ def newton(
     path = [q.copy()]
     status: NewtonStatus | None = None
     while status is None:
-        error = target - _vector(kinematics(q), "kinematics(q)", target.size)
-        errors.append(float(np.linalg.norm(error)))
+        reached = _vector(kinematics(q), "kinematics(q)", target.size)
+        with np.errstate(over="ignore"):  # then it is infinite, and nothing converges
+            error = target - reached
+            errors.append(float(np.linalg.norm(error)))
         status = _ended(errors, tolerance, max_iterations)
         if status is None:
-            J = as_array(jacobian(q), "jacobian(q)", (target.size, None))
-            equation = TaskEquation(J, error, error, None if hessian is None else np.asarray(hessian(q), dtype=float))
+            equation = _equation(jacobian, hessian, q, error)
             with np.errstate(over="ignore", invalid="ignore"):
                 moved = integrate(q, step * driver.velocity(equation))
+            moved = alone(as_array(moved, "integrate(q, dq)", q.shape, finite=False), "integrate(q, dq)", 1)
             # An inverse with a memory may move on from where it stood still.
             status = _stopped(q, moved, repeats=driver is inverse)
             if status is None:
                 q = moved
                 path.append(q)
     return NewtonResult(readonly(path), status, readonly(errors))
+
+
+def _equation(jacobian: Function, hessian: Function | None, q: Array, error: Array) -> TaskEquation:
+    J = alone(as_array(jacobian(q), "jacobian(q)", (error.size, None)), "jacobian(q)", 2)
+    H = None if hessian is None else as_array(hessian(q), "hessian(q)", (*J.shape, J.shape[1]))
+    return TaskEquation(J, error, error, H)
 
 
 def _ended(errors: list[float], tolerance: float, max_iterations: int) -> NewtonStatus | None:
@@ -142,7 +150,4 @@ def _stopped(q: Array, moved: Array, *, repeats: bool) -> NewtonStatus | None:
 
 
 def _vector(value: ArrayLike, name: str, length: int | None) -> Array:
-    array = as_array(value, name, (length,))
-    if array.ndim != 1:
-        raise InputError(f"{name} must be one vector, got shape {array.shape}")
-    return array
+    return alone(as_array(value, name, (length,)), name, 1)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.checks import Array, as_measures, checked_parameter, checked_rigid, readonly
+from robust_ik.checks import Array, alone, as_measures, checked_parameter, checked_rigid, readonly
 from robust_ik.errors import InputError
 
 if TYPE_CHECKING:
@@ -31,6 +31,14 @@ def checked_time(time: object) -> float:
         InputError: It is no finite number.
     """
     return time if type(time) is float and -LATEST < time < LATEST else checked_parameter("time", time)
+
+
+def _one_pose(start: ArrayLike) -> Array:
+    return readonly(alone(checked_rigid(start, "start"), "start", 2))
+
+
+def _one_point(value: ArrayLike, name: str) -> Array:
+    return readonly(alone(as_measures(value, name, (3,)), name, 1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,8 +92,8 @@ class OutAndBack:
     settle: float = 2.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "start", readonly(checked_rigid(self.start, "start")))
-        object.__setattr__(self, "goal", readonly(as_measures(self.goal, "goal", (3,))))
+        object.__setattr__(self, "start", _one_pose(self.start))
+        object.__setattr__(self, "goal", _one_point(self.goal, "goal"))
         checked_parameter("travel", self.travel, above=0)
         checked_parameter("pause", self.pause, above=0)
         checked_parameter("settle", self.settle, above=0)
@@ -121,8 +129,8 @@ class Line:
     speed: float = 0.1
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "start", readonly(checked_rigid(self.start, "start")))
-        object.__setattr__(self, "goal", readonly(as_measures(self.goal, "goal", (3,))))
+        object.__setattr__(self, "start", _one_pose(self.start))
+        object.__setattr__(self, "goal", _one_point(self.goal, "goal"))
         checked_parameter("speed", self.speed, above=0)
         if self.duration == 0:
             raise InputError("goal must be another point than where the line starts")
@@ -159,9 +167,9 @@ class Circle:
     turns: float = 1.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "start", readonly(checked_rigid(self.start, "start")))
-        object.__setattr__(self, "centre", readonly(as_measures(self.centre, "centre", (3,))))
-        normal = as_measures(self.normal, "normal", (3,))
+        object.__setattr__(self, "start", _one_pose(self.start))
+        object.__setattr__(self, "centre", _one_point(self.centre, "centre"))
+        normal = _one_point(self.normal, "normal")
         length = float(np.linalg.norm(normal))
         if length == 0:
             raise InputError("normal must not be zero")
@@ -205,7 +213,7 @@ class Sinusoid:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "centre", readonly(checked_rigid(self.centre, "centre")))
-        object.__setattr__(self, "amplitude", readonly(as_measures(self.amplitude, "amplitude", (3,))))
+        object.__setattr__(self, "amplitude", _one_point(self.amplitude, "amplitude"))
         checked_parameter("period", self.period, above=0)
         checked_parameter("swings", self.swings, above=0)
 
@@ -241,10 +249,7 @@ class Turning:
         if not (hasattr(self.path, "start") and hasattr(self.path, "duration") and callable(self.path)):
             raise InputError(f"path must be a path with a start and a duration, such as a Line, got {self.path!r}")
         whole = np.eye(4)
-        turn = as_measures(self.goal, "goal", (3, 3))
-        if turn.ndim != 2:
-            raise InputError(f"goal must be one orientation, (3, 3), got shape {turn.shape}")
-        whole[:3, :3] = turn
+        whole[:3, :3] = alone(as_measures(self.goal, "goal", (3, 3)), "goal", 2)
         object.__setattr__(self, "goal", readonly(checked_rigid(whole, "goal")[:3, :3]))
         ends = Rotation.from_matrix(np.stack([self.path.start[:3, :3], self.goal]))
         object.__setattr__(self, "_between", Slerp([0.0, 1.0], ends))
@@ -264,11 +269,11 @@ class Turning:
 
 def pose(position: ArrayLike, rpy: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
     """A homogeneous transform from a position in m and roll, pitch, yaw in rad about fixed x, y, z axes, (4, 4)."""
-    x, y, z = as_measures(rpy, "rpy", (3,))
+    x, y, z = _one_point(rpy, "rpy")
     cx, sx, cy, sy, cz, sz = math.cos(x), math.sin(x), math.cos(y), math.sin(y), math.cos(z), math.sin(z)
     Rx = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
     Ry = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
     Rz = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
     T = np.eye(4)
-    T[:3, :3], T[:3, 3] = Rz @ Ry @ Rx, as_measures(position, "position", (3,))
+    T[:3, :3], T[:3, 3] = Rz @ Ry @ Rx, _one_point(position, "position")
     return T

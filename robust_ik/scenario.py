@@ -14,6 +14,7 @@ from robust_ik.checks import Array, as_array, checked_parameter, readonly
 from robust_ik.errors import InputError, suggest
 from robust_ik.inverses import RobustInverse
 from robust_ik.limits import Limit
+from robust_ik.limits.base import checked_limits
 from robust_ik.resolvers import Resolver
 from robust_ik.robot import Robot
 from robust_ik.tasks import Stack, Task, checked_stack
@@ -61,6 +62,8 @@ class Scenario:
             checked_stack(self.motion)
         for each in (self.title, self.source, self.note):
             check_type("title, source and note", each, "str")
+        if self.limits is not None:
+            checked_limits(self.limits)
         check_type("methods", self.methods, "Mapping[str, Any]")
         q0: ArrayLike = as_array(self.q0, "q0", (self.robot.nq,))
         object.__setattr__(self, "q0", readonly(q0))

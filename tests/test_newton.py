@@ -154,7 +154,7 @@ def test_what_cannot_be_meant_is_refused(change, match):
 
 @pytest.mark.parametrize("cap", [np.nan, np.inf, 2.5, True, -1])
 def test_a_cap_that_is_no_count_is_refused(cap):
-    with pytest.raises(rik.InputError, match="whole number max_iterations"):
+    with pytest.raises(rik.InputError, match="max_iterations"):
         rik.newton(lambda q: q, lambda q: np.eye(1), rik.JParse(), [0.0], [1.0], max_iterations=cap)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.boundary import checked
-from robust_ik.checks import Array
+from robust_ik.checks import Array, alone, as_array
 from robust_ik.description import Box, Cylinder, Mesh, Sphere
 from robust_ik.display._meshcat import Visualizer, geometry
 from robust_ik.display.names import node_names
@@ -64,6 +64,7 @@ class DrawnRobot:
 
     def show(self, q: ArrayLike) -> None:
         """Moves it to a configuration, (nq,)."""
+        q = alone(as_array(q, "q", (self.robot.nq,)), "q", 1)
         for link in self.nodes:
             self.node(link).set_transform(self.robot.pose(q, link))
 
@@ -100,6 +101,7 @@ def draw_robot(visualizer: Visualizer, robot: Robot, q: ArrayLike | None = None)
         robot: The robot.
         q: Configuration to show it in, (nq,); default `robot.rest`.
     """
+    q = robot.rest if q is None else alone(as_array(q, "q", (robot.nq,)), "q", 1)
     visualizer.delete()
     pencil = _Pencil(visualizer, robot)
     missing = tuple(pencil.draw_visuals())
@@ -111,7 +113,7 @@ def draw_robot(visualizer: Visualizer, robot: Robot, q: ArrayLike | None = None)
     nodes = {link: name for link, name in pencil.names.items() if link in pencil.corners}
     corners = {link: _box_corners(np.concatenate(boxes)) for link, boxes in pencil.corners.items()}
     drawn = DrawnRobot(visualizer, robot, nodes, missing, corners)
-    drawn.show(robot.rest if q is None else q)
+    drawn.show(q)
     return drawn
 
 

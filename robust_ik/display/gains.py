@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from robust_ik.boundary import checked
 from robust_ik.checks import Array, checked_parameter
 from robust_ik.display.figures import save_figure
 from robust_ik.errors import InputError
@@ -21,6 +22,7 @@ LEAST_SIGMA = 1e-4
 STYLES = ("-", "--", "-.", ":")
 
 
+@checked
 def plot_gains(filters: Sequence[SingularValueFilter], path: str | Path, *, sigma_max: float = 1.0) -> Path:
     """Draws φ(σ) and the share σφ(σ) of the task that is met, for one σ in [0, sigma_max], the others being σ₁.
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.boundary import checked, computed
-from robust_ik.checks import Array, as_array, checked_parameter, readonly
+from robust_ik.checks import Array, as_array, as_measures, checked_parameter, readonly
 from robust_ik.errors import InputError
 from robust_ik.explanation.directions import Direction, take_apart
 from robust_ik.explanation.text import table
@@ -133,7 +133,7 @@ def explain(
     xdot = _single(xdot, "xdot", (m,))
     s = svd(J).s
     follows = qdot is None
-    velocity = inverse.solve(J, xdot) if qdot is None else _single(qdot, "qdot", (n,))
+    velocity = inverse.solve(J, xdot) if qdot is None else _single(as_measures(qdot, "qdot", ()), "qdot", (n,))
     limit = RANK_TOLERANCE * float(s[0]) if threshold is None else checked_parameter("threshold", threshold, least=0)
     gains = inverse.gains(s) if isinstance(inverse, SingularValueFilter) else None
     return Explanation(

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import abc
+import reprlib
+from collections.abc import Sequence
 
 from robust_ik.bounds import Bounds
 from robust_ik.checks import Array
+from robust_ik.errors import InputError
 from robust_ik.robot import Robot
 
 
@@ -36,3 +39,16 @@ class Limit(abc.ABC):
             bounds: What q̇ was found in: those of this limit among them.
         """
         return None
+
+
+def checked_limits(limits: Sequence[Limit] | Limit) -> tuple[Limit, ...]:
+    """One limit or several, as several.
+
+    Raises:
+        InputError: They are none.
+    """
+    given = (limits,) if isinstance(limits, Limit) else limits
+    if not isinstance(given, (list, tuple)) or not all(isinstance(each, Limit) for each in given):
+        shown = reprlib.repr(limits)
+        raise InputError(f"limits must be limits such as JointLimits.of(robot), () for none, got {shown}")
+    return tuple(given)

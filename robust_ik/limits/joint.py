@@ -13,8 +13,9 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from robust_ik.boundary import check_type
 from robust_ik.bounds import Bounds
-from robust_ik.checks import Array, checked_parameter, readonly
+from robust_ik.checks import Array, as_array, checked_parameter, readonly
 from robust_ik.errors import InputError
 from robust_ik.limits.base import Limit
 from robust_ik.robot import Robot
@@ -74,6 +75,7 @@ class JointLimits(Limit):
         Raises:
             InputError: A limit has another shape, is NaN or negative, or lower limits exceed upper ones.
         """
+        check_type("robot", robot, "Robot")
         low = _per_joint(robot, "lower", robot.lower if lower is None else lower)
         high = _per_joint(robot, "upper", robot.upper if upper is None else upper)
         keep = _checked("margin", _per_joint(robot, "margin", margin), 0.0)
@@ -159,9 +161,8 @@ def braking_speed(room: Array, acceleration: Array, dt: float) -> Array:
 def _per_joint(robot: Robot, name: str, value: ArrayLike) -> Array:
     """One number for every joint."""
     try:
-        array = np.asarray(value, dtype=float)
-        return np.array(np.broadcast_to(array, (robot.n,)))
-    except (TypeError, ValueError):
+        return np.array(np.broadcast_to(as_array(value, name, (), finite=False), (robot.n,)))
+    except (InputError, ValueError):
         raise InputError(f"{name} must be one number or {robot.n}, one per joint, got {reprlib.repr(value)}") from None
 
 

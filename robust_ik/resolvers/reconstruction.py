@@ -69,6 +69,9 @@ class TaskReconstruction(PriorityResolver):
         check_type("printed_sign", self.printed_sign, "bool")
         if not all(isinstance(each, SingularValueFilter) for each in self.inverses):
             raise InputError(f"TaskReconstruction takes filters such as JParse(), got {self.inverse!r}")
+        check_type("bound", self.bound, "float | Sequence[float]")
+        if np.ndim(self.bound) == 0:
+            object.__setattr__(self, "bound", checked_parameter("bound", self.bound, least=0))
         if not self.bounds:
             raise InputError("bound must be one number or one for each level, got none")
         for each in self.bounds:

@@ -173,7 +173,7 @@ def projector_leak(inverse: SingularValueFilter, J: ArrayLike) -> Array:
 def positive_gain(gain: ArrayLike, rows: int | None = None) -> Array:
     """K as it was given: a positive number, or one per task row."""
     value = as_array(gain, "gain", ())
-    if value.ndim > 1 or not (value > 0).all():
+    if value.ndim > 1 or value.size == 0 or not (value > 0).all():
         raise InputError(f"gain must be one number > 0 or one per task row, got {gain!r}")
     if value.ndim == 1 and rows is not None and value.size != rows:
         raise InputError(f"gain must have one entry or {rows}, one per task row, got {value.size}")

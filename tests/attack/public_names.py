@@ -47,7 +47,7 @@ PLUMBING = {
     "Arm", "Bounds",
 }  # fmt: skip
 """Types that only parts of the package pass to each other, or whoever writes a new part."""
-PIECES = {"inverse_of", "factors", "squared_damping", "level", "levels", "damping_for", "peak"}
+PIECES = {"inverse_of", "factors", "squared_damping", "level", "levels", "damping_for", "peak", "gains_of"}
 """Methods that are parts of a method's own formula."""
 PLUG_IN = PIECES | {"bounds", "formula", "equation", "feed", "begin", "velocity", "motion", "limit", "resolve"}
 """Methods that the package calls, with what it has checked already."""
@@ -422,7 +422,7 @@ def hostile(parameter, good):
 def _is_extreme(value):
     """Whether squares or quotients of it may overflow."""
     try:
-        sizes = np.abs(np.asarray(value, dtype=float))
+        sizes = np.abs(np.asarray(value)).astype(float)
     except Exception:
         return False
     sizes = sizes[np.isfinite(sizes) & (sizes > 0)]
