@@ -17,6 +17,7 @@ from robust_ik.files import checked_folders
 from robust_ik.robot import Robot
 from robust_ik.robot_modules import DescribedRobot, described, of_module
 from robust_ik.rows import ROWS
+from robust_ik.xacro_files import checked_arguments
 
 URDF_SUFFIXES = (".urdf", ".xacro", ".xml")
 OTHER_XML = (".mjcf", ".sdf", ".srdf", ".world")
@@ -69,7 +70,7 @@ def load(
     if not isinstance(robot, (str, Path, ModuleType)):
         raise InputError(f"robot must be a name, a path or a module, got {cut(repr(robot), 200)}")
     package_dirs = checked_folders(package_dirs, "package_dirs")
-    wishes = _Wishes(tip, package_dirs, rows, whole_tree, xacro_args)
+    wishes = _Wishes(tip, package_dirs, rows, whole_tree, checked_arguments(xacro_args))
     if isinstance(robot, ModuleType):
         return _load_described(of_module(robot), wishes)
     name, suffix = str(robot), Path(robot).suffix.lower()

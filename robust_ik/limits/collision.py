@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -227,7 +227,8 @@ class CollisionLimit(Limit):
 
 
 def _checked_obstacles(robot: Robot, obstacles: Iterable[Obstacle]) -> tuple[Obstacle, ...]:
-    standing = tuple(obstacles) if isinstance(obstacles, Iterable) else (obstacles,)
+    single = not isinstance(obstacles, Iterable) or getattr(obstacles, "ndim", 1) == 0
+    standing: tuple[Any, ...] = (obstacles,) if single else tuple(obstacles)
     taken = set(robot.description.links)
     for each in standing:
         if not isinstance(each, Obstacle):

@@ -112,7 +112,7 @@ def _joined(robot: Robot, pair: Pair) -> bool:
 
 def _told_pairs(robot: Robot, bodies: Bodies, standing: set[str], pairs: object) -> list[Pair]:
     links = {solid.link for solid in robot.description.solids}
-    if not isinstance(pairs, Iterable):
+    if not isinstance(pairs, Iterable) or getattr(pairs, "ndim", 1) == 0:
         raise InputError(f"pairs must be pairs of names, got {pairs!r}")
     checked = [_told_pair(pair, links, standing) for pair in pairs]
     for a, b in checked:

@@ -536,5 +536,6 @@ if __name__ == "__main__":
     import sys
 
     os.environ.setdefault("MPLBACKEND", "agg")
-    for failure in attack(int(sys.argv[1]), int(sys.argv[2]), lambda text: None):
-        print(failure)
+    broken = attack(int(sys.argv[1]), int(sys.argv[2]), lambda text: None)
+    print(*broken, sep="\n")
+    sys.exit(bool(broken))
