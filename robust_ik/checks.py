@@ -18,6 +18,7 @@ LEAST_PARAMETER, LARGEST_PARAMETER = 1e-100, 1e100
 """Parameters other than 0 lie between these in magnitude, so that their squares neither vanish nor overflow."""
 
 RIGID_TOLERANCE = 1e-6
+FEW = 16
 
 
 def as_array(value: ArrayLike, name: str, shape: tuple[int | None, ...], *, finite: bool = True) -> Array:
@@ -60,10 +61,16 @@ def as_measures(value: ArrayLike, name: str, shape: tuple[int | None, ...]) -> A
         InputError: They are none, or larger than LARGEST_PARAMETER.
     """
     array = as_array(value, name, shape, finite=False)
-    if array.size and not max(array.max(), -array.min()) <= LARGEST_PARAMETER:
+    if not _is_measured(array):
         array = as_array(array, name, shape)  # tells NaN and infinity
         raise InputError(f"{name} must lie within ±{LARGEST_PARAMETER:g}, got {_shown(array)}")
     return array
+
+
+def _is_measured(array: Array) -> bool:
+    if array.size <= FEW:  # of so few numbers, Python's own comparisons are faster
+        return all(-LARGEST_PARAMETER <= each <= LARGEST_PARAMETER for each in array.ravel().tolist())
+    return bool(max(array.max(), -array.min()) <= LARGEST_PARAMETER)
 
 
 def alone(array: Array, name: str, axes: int) -> Array:

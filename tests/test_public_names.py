@@ -1,9 +1,12 @@
 """What is passed to public names by mistake is told in a sentence, and never comes out as NaN."""
 
+import contextlib
+
 import numpy as np
 import pytest
 
 import robust_ik as rik
+from robust_ik import inverses
 from robust_ik.boundary import check_type, checked, computed
 from robust_ik.errors import InputError
 from robust_ik.stability import largest_stable_dt
@@ -37,6 +40,19 @@ def newton(**changed):
     """Newton's iteration on the plane itself, changed."""
     plane = {"kinematics": lambda q: q, "jacobian": lambda q: np.eye(2), "hessian": lambda q: np.zeros((2, 2, 2))}
     return rik.newton(**plane | changed, inverse=rik.JParse(), q0=[0.0, 0.0], target=[1.0, 1.0])
+
+
+@pytest.mark.parametrize("kind", inverses.CLASSES, ids=lambda kind: kind.__name__)
+@pytest.mark.parametrize("size", [1e308, 1e-320])
+def test_what_an_inverse_makes_of_numbers_at_the_ends_of_all_is_finite_or_refused(kind, size):
+    inverse = kind(rik.JParse()) if "inverse" in public_names.required(kind) else kind()
+    J = np.diag([1.0, 0.5, 0.3, 0.2, 0.1, 1e-3])
+    J[0, 0] = size
+    for wish in (np.ones(6), np.full(6, size)):
+        with contextlib.suppress(InputError):
+            assert np.isfinite(inverse.solve(J, wish)).all()
+    if isinstance(inverse, rik.SingularValueFilter):
+        assert np.isfinite(inverse.gains([size, size])).all()
 
 
 def test_the_largest_gain_of_the_smallest_and_largest_arms_is_no_error():

@@ -130,7 +130,7 @@ def explain(
     """
     J = _single(J, "J", (None, None))
     m, n = J.shape
-    xdot = _single(xdot, "xdot", (m,))
+    xdot = _single(as_measures(xdot, "xdot", ()), "xdot", (m,))
     s = svd(J).s
     follows = qdot is None
     velocity = inverse.solve(J, xdot) if qdot is None else _single(as_measures(qdot, "qdot", ()), "qdot", (n,))

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 from robust_ik.checks import Array, as_array, as_number
 from robust_ik.errors import InputError
 from robust_ik.inverses.pieces import apply_gains
-from robust_ik.linalg import svd
+from robust_ik.linalg import SMALLEST_SIGMA, svd
 from robust_ik.problem import TaskEquation
 
 
@@ -69,6 +69,7 @@ def _of_spectrum(function: Callable[..., Any]) -> Callable[..., Any]:
             raise InputError("s must hold at least one singular value, got none")
         if s.size and not (s.min() >= 0 and s.max() < math.inf):
             raise InputError(f"s must be singular values, finite and not negative, got {s}")
+        s = np.where(s < SMALLEST_SIGMA, 0.0, s)
         return function(inverse, s) if s.ndim else np.reshape(function(inverse, s[None]), ())
 
     makes.unchecked = function  # type: ignore[attr-defined]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import dataclass
 from typing import ClassVar, Literal, get_args
 
@@ -12,7 +13,7 @@ from numpy.typing import ArrayLike
 from robust_ik.checks import Array, as_array, check_leading_axes, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card, RobustInverse
-from robust_ik.inverses.pieces import apply_gains, damped_gain
+from robust_ik.inverses.pieces import applied, damped_gain
 from robust_ik.linalg import SMALLEST_SIGMA, svd
 
 Variant = Literal["plain", "scaled", "floored"]
@@ -65,7 +66,9 @@ class DulebaAdditive(RobustInverse):
         decomposition = svd(J / scale[..., None])
         xdot = as_array(xdot, "xdot", (J.shape[-2],))
         check_leading_axes("J", J.shape[:-2], "xdot", xdot.shape[:-1])
-        return apply_gains(decomposition, damped_gain(decomposition.s, self.squared_damping), xdot / scale)
+        gains = damped_gain(decomposition.s, self.squared_damping)
+        with np.errstate(over="ignore", invalid="ignore"):  # rows may be in any unit
+            return as_array(applied(decomposition, gains, xdot / scale), "q̇, of an xdot so large,", ())
 
     def _row_scale(self, J: Array) -> Array:
         """√f, (..., m)."""
@@ -73,7 +76,8 @@ class DulebaAdditive(RobustInverse):
             return np.ones(J.shape[:-1])
         # Divided by the largest entry first, so that no square underflows.
         largest = np.abs(J).max(axis=-1, initial=SMALLEST_SIGMA)
-        length = largest * np.linalg.norm(J / largest[..., None], axis=-1)
+        with np.errstate(over="ignore"):
+            length = np.minimum(largest * np.linalg.norm(J / largest[..., None], axis=-1), sys.float_info.max)
         if self.variant == "floored":
             return np.asarray(np.maximum(length, math.sqrt(self.floor)))
         return np.asarray(np.where(length <= SMALLEST_SIGMA, 1.0, length))

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.checks import Array, as_array, checked_parameter
+from robust_ik.checks import Array, as_measures, checked_parameter
 from robust_ik.derivatives import singular_value_gradients
 from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card
@@ -99,7 +99,7 @@ class EDLS(GainFormula):
             raise InputError("EDLS(asymmetric=True) needs the equation's Hessian: it looks which way each σ moves")
         decomposition = svd(equation.J)
         s, Vt = decomposition.s, decomposition.Vt
-        xdot = as_array(equation.xdot, "xdot", (decomposition.U.shape[-2],))
+        xdot = as_measures(equation.xdot, "xdot", (decomposition.U.shape[-2],))
         components = np.einsum("...mk,...m->...k", decomposition.U, xdot)
         # Flipping (u, v) leaves the sign as it is, so it does not matter whose SVD this is.
         slopes = np.einsum("...kn,...kn->...k", singular_value_gradients(equation.J, equation.hessian), Vt)

@@ -10,7 +10,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.checks import Array, as_array, check_leading_axes, checked_parameter
+from robust_ik.checks import Array, as_measures, check_leading_axes, checked_parameter
 from robust_ik.inverses.base import Card, RobustInverse
 from robust_ik.inverses.damped_least_squares import DampedLeastSquares
 from robust_ik.inverses.pieces import apply_gains, damped_gain
@@ -45,7 +45,7 @@ class ErrorDamped(RobustInverse):
     def _damped(self, J: ArrayLike, xdot: ArrayLike, error: ArrayLike) -> Array:
         decomposition = svd(J)
         rows = decomposition.U.shape[-2]
-        xdot, error = as_array(xdot, "xdot", (rows,)), as_array(error, "error", (rows,))
+        xdot, error = as_measures(xdot, "xdot", (rows,)), as_measures(error, "error", (rows,))
         check_leading_axes("J", decomposition.s.shape[:-1], "xdot", xdot.shape[:-1])
         check_leading_axes("J", decomposition.s.shape[:-1], "error", error.shape[:-1])
         s, squared = decomposition.s, self.squared_damping(error)[..., None]

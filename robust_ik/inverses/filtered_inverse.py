@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.checks import Array, as_array, check_leading_axes, checked_parameter
+from robust_ik.checks import Array, as_array, as_measures, check_leading_axes, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card, RobustInverse, SingularValueFilter
 from robust_ik.inverses.damped_least_squares import DampedLeastSquares
@@ -77,9 +77,9 @@ class FilteredInverse(RobustInverse):
             J: Jacobian, (..., m, n).
             dt: Seconds, ≥ 0.
         """
-        J = as_array(J, "J", (None, None))
+        J = as_measures(J, "J", (None, None))
         m, n = J.shape[-2:]
-        theta, dt = as_array(theta, "theta", (n, m)), checked_parameter("dt", dt, least=0)
+        theta, dt = as_measures(theta, "theta", (n, m)), checked_parameter("dt", dt, least=0)
         # Padded to a square, so that U and V are complete; the padding stays zero.
         size = max(m, n)
         whole = svd(_padded(J, size))
@@ -107,7 +107,7 @@ class _Run(RobustInverse):
 
     def solve(self, J: ArrayLike, xdot: ArrayLike) -> Array:
         J = as_array(J, "J", (None, None))
-        xdot = as_array(xdot, "xdot", (J.shape[-2],))
+        xdot = as_measures(xdot, "xdot", (J.shape[-2],))
         check_leading_axes("J", J.shape[:-2], "xdot", xdot.shape[:-1])
         shape = np.swapaxes(J, -1, -2).shape
         if self._theta is None:

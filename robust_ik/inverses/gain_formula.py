@@ -47,8 +47,8 @@ class GainFormula(SingularValueFilter):
         s = np.asarray(s, dtype=float)
         spectrum = np.atleast_1d(s)
         smallest = spectrum[..., -1:]
+        place = np.arange(spectrum.shape[-1])[::-1]
         with np.errstate(over="ignore", invalid="ignore"):  # beyond any threshold; 0 · ∞ is overruled
             product = np.where(smallest > 0, np.prod(spectrum, axis=-1, keepdims=True), 0.0)
-        place = np.arange(spectrum.shape[-1])[::-1]
-        phi = self.formula(spectrum, spectrum[..., :1], smallest, product, place, self.parameters)
+            phi = self.formula(spectrum, spectrum[..., :1], smallest, product, place, self.parameters)
         return np.array(np.broadcast_to(phi, spectrum.shape)).reshape(s.shape)

@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.checks import Array, as_array, checked_parameter
+from robust_ik.checks import Array, as_array, as_measures, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card, RobustInverse
 from robust_ik.inverses.pieces import apply_gains
@@ -72,7 +72,7 @@ class JParseWithGains(RobustInverse):
         """Joint velocities; see `RobustInverse.solve`."""
         decomposition = svd(J)
         m = decomposition.U.shape[-2]
-        xdot = as_array(xdot, "xdot", (m,))
+        xdot = as_measures(xdot, "xdot", (m,))
         linear = leading_rows(self.linear_rows, m)
         scaled = xdot * np.repeat([self.position_gain, self.orientation_gain], [linear, m - linear])
         s = decomposition.s
@@ -133,7 +133,7 @@ class JParsePositionFirst(RobustInverse):
         """Joint velocities; see `RobustInverse.solve`."""
         J = as_array(J, "J", (None, None))
         m = J.shape[-2]
-        xdot = as_array(xdot, "xdot", (m,))
+        xdot = as_measures(xdot, "xdot", (m,))
         linear = leading_rows(self.linear_rows, m)
         if linear in (0, m):  # rows of one kind only
             gain = self.position_gain if linear else self.orientation_gain

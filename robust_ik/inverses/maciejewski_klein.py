@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.checks import Array, as_array, checked_parameter
+from robust_ik.checks import Array, as_array, as_measures, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card, RobustInverse
 from robust_ik.inverses.damped_least_squares import DampedLeastSquares
@@ -131,7 +131,7 @@ class _Run(RobustInverse):
 
     def solve(self, J: ArrayLike, xdot: ArrayLike) -> Array:
         J = as_array(J, "J", (None, None))
-        xdot = as_array(xdot, "xdot", (J.shape[-2],))
+        xdot = as_measures(xdot, "xdot", (J.shape[-2],))
         values, vectors = self._tracked.update(J)
         wide, transposed = _wide(J), J.shape[-2] > J.shape[-1]
         squared = fading_damping(values, self.inverse.threshold, self.inverse.damping)[..., None, :]

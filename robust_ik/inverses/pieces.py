@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.checks import Array, as_array, check_leading_axes, checked_parameter
+from robust_ik.checks import Array, as_measures, check_leading_axes, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.inverses.gain_pieces import damped, fading
 from robust_ik.linalg import ThinSVD
@@ -61,7 +61,12 @@ def falling_zero(function: Callable[[float], float], low: float, high: float) ->
 
 def apply_gains(decomposition: ThinSVD, gains: Array, xdot: ArrayLike) -> Array:
     """V diag(φ) Uᵀ ẋ, (..., n), for gains φ (..., k) and ẋ (..., m)."""
-    xdot = as_array(xdot, "xdot", (decomposition.U.shape[-2],))
+    xdot = as_measures(xdot, "xdot", (decomposition.U.shape[-2],))
     check_leading_axes("J", decomposition.s.shape[:-1], "xdot", xdot.shape[:-1])
+    return applied(decomposition, gains, xdot)
+
+
+def applied(decomposition: ThinSVD, gains: Array, xdot: Array) -> Array:
+    """`apply_gains` without a look at ẋ."""
     components = np.einsum("...mk,...m->...k", decomposition.U, xdot)
     return np.asarray(np.einsum("...kn,...k->...n", decomposition.Vt, gains * components))

@@ -75,7 +75,7 @@ class UserDefinedAccuracy(RobustInverse):
     def solve(self, J: ArrayLike, xdot: ArrayLike) -> Array:
         """Joint velocities (W J)# W ẋ; see `RobustInverse.solve`."""
         J = as_array(J, "J", (None, None))
-        xdot = as_array(xdot, "xdot", (J.shape[-2],))
+        xdot = as_measures(xdot, "xdot", (J.shape[-2],))
         check_leading_axes("J", J.shape[:-2], "xdot", xdot.shape[:-1])
         d = self._direction(J.shape[-2])
         W = np.eye(d.size) - (1 - self.weight(J))[..., None, None] * np.outer(d, d)

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.checks import Array, as_array, checked_parameter, readonly
+from robust_ik.checks import Array, as_array, as_measures, checked_parameter, readonly
 from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card, RobustInverse
 from robust_ik.problem import TaskEquation
@@ -88,7 +88,7 @@ class Weighted(RobustInverse):
     def solve(self, J: ArrayLike, xdot: ArrayLike) -> Array:
         """Joint velocities W_q^(−½) P̃ W_x ẋ; see `RobustInverse.solve`."""
         J = as_array(J, "J", (None, None))
-        xdot = as_array(xdot, "xdot", (J.shape[-2],))
+        xdot = as_measures(xdot, "xdot", (J.shape[-2],))
         task, joint = self.factors(*J.shape[-2:])
         return np.asarray(self.inverse.solve(task @ J @ joint, xdot @ task.T) @ joint.T)
 

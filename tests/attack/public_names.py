@@ -64,8 +64,6 @@ WORK = {
     "duration",
 }
 """Parameters that say how much work is to be done: a great number is no mistake."""
-MATRICES = {"J", "s", "xdot", "theta", "hessian", "A", "M", "error", "twist", "twists", "secondary"}
-"""Parameters whose extreme magnitudes are another attack's subject."""
 CALLED = ("Callable", "Told", "Function", "Motion", "Path")
 """Annotations of what is called: what a callable of the user's raises is the user's."""
 
@@ -414,19 +412,7 @@ def hostile(parameter, good):
         values = [value for value in values if not callable(value)]
     if parameter.name in WORK:
         values = [value for value in values if not (isinstance(value, (int, float)) and value > 100)]
-    if parameter.name in MATRICES:
-        values = [value for value in values if not _is_extreme(value)]
     return values
-
-
-def _is_extreme(value):
-    """Whether squares or quotients of it may overflow."""
-    try:
-        sizes = np.abs(np.asarray(value)).astype(float)
-    except Exception:
-        return False
-    sizes = sizes[np.isfinite(sizes) & (sizes > 0)]
-    return bool(((sizes > 1e100) | (sizes < 1e-100)).any())
 
 
 # ------------------------------------------------------------------------------------------------ the attack
