@@ -34,7 +34,7 @@ def test_every_method_of_every_scenario_takes_a_few_steps(name):
     for label in whole.methods:
         steps = rik.simulate(short, label)
         assert np.isfinite(steps.qdot).all()
-        assert (steps.q[0] == whole.q0).all()
+        assert_allclose(steps.q[0], whole.q0, atol=1e-10)
 
 
 # ------------------------------------------------------------------------ 2R arm (section VIII-A, Table I, Fig. 3)
@@ -390,7 +390,7 @@ def test_gen3s_upper_arm_is_upright_where_the_target_is_near_half_a_metre():
 def test_puma_passes_the_lock_of_its_wrist_at_a_finite_speed_and_from_a_singular_start():
     speeds = {label: run("puma_wrist_lock", label, 60.0) for label in scenario("puma_wrist_lock").methods}
     for label, passing in speeds.items():
-        assert passing.sigma[0, -1] < 1e-15
+        assert passing.sigma[0, -1] < 1e-10
         assert np.count_nonzero(np.diff(np.sign(passing.q[5:, 4]))) >= 1
         assert (passing.largest_speed < 0.4) == (label != "pseudo-inverse")
     assert speeds["pseudo-inverse"].largest_speed > 100
