@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robust_ik.boundary import checked
+from robust_ik.boundary import checked_but
 from robust_ik.checks import Array, checked_parameter
 from robust_ik.display.figures import save_figure
 from robust_ik.errors import InputError
@@ -22,7 +22,7 @@ LEAST_SIGMA = 1e-4
 STYLES = ("-", "--", "-.", ":")
 
 
-@checked
+@checked_but("filters")
 def plot_gains(filters: Sequence[SingularValueFilter], path: str | Path, *, sigma_max: float = 1.0) -> Path:
     """Draws φ(σ) and the share σφ(σ) of the task that is met, for one σ in [0, sigma_max], the others being σ₁.
 
@@ -38,7 +38,8 @@ def plot_gains(filters: Sequence[SingularValueFilter], path: str | Path, *, sigm
         InputError: Nothing to draw, something that is no filter, or a path that cannot be written.
     """
     checked_parameter("sigma_max", sigma_max, above=0)
-    if not filters or not all(isinstance(each, SingularValueFilter) for each in filters):
+    several = isinstance(filters, (list, tuple)) and len(filters) > 0
+    if not several or not all(isinstance(each, SingularValueFilter) for each in filters):
         raise InputError(f"only singular-value filters have gains to draw, at least one is needed, got {filters!r}")
     check_figure(path)
     return save_figure(_drawn(filters, sigma_max), path, dpi=130)

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from robust_ik.checks import Array, as_measures, check_leading_axes, checked_parameter
 from robust_ik.inverses.base import Card, RobustInverse
 from robust_ik.inverses.damped_least_squares import DampedLeastSquares
-from robust_ik.inverses.pieces import apply_gains, damped_gain
+from robust_ik.inverses.pieces import applied, damped_gain
 from robust_ik.linalg import RANK_TOLERANCE, svd
 from robust_ik.problem import TaskEquation
 
@@ -51,7 +51,7 @@ class ErrorDamped(RobustInverse):
         s, squared = decomposition.s, self.squared_damping(error)[..., None]
         # Without an error nothing is damped; then rounding must not pass for a singular value.
         kept = np.hypot(s, np.sqrt(squared)) > RANK_TOLERANCE * s[..., :1]
-        return apply_gains(decomposition, damped_gain(kept * s, squared), xdot)
+        return applied(decomposition, damped_gain(kept * s, squared), xdot)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from robust_ik.checks import Array, as_array, as_measures, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card, RobustInverse
-from robust_ik.inverses.pieces import apply_gains
+from robust_ik.inverses.pieces import applied
 from robust_ik.inverses.weighted import check_linear_rows, leading_rows
 from robust_ik.linalg import null_projector, svd
 
@@ -78,7 +78,7 @@ class JParseWithGains(RobustInverse):
         s = decomposition.s
         threshold = self.gamma * s[..., :1]
         gains, kept = jparse_gains(s, threshold, 1.0), s > threshold
-        return apply_gains(decomposition, gains * kept, xdot) + apply_gains(decomposition, gains * ~kept, scaled)
+        return applied(decomposition, gains * kept, xdot) + applied(decomposition, gains * ~kept, scaled)
 
     def largest_gain(self, sigma_max: float) -> float:
         """A bound: K_s = c I + Δ with c = (k_p + k_o)/2 and ‖Δ‖ = |k_p − k_o|/2; reached for k_p = k_o."""
@@ -154,7 +154,7 @@ def jparse_gains(s: Array, threshold: Array, gain: float) -> Array:
 
 def _jparse(J: Array, xdot: Array, threshold: Array, gain: float) -> Array:
     decomposition = svd(J)
-    return apply_gains(decomposition, jparse_gains(decomposition.s, threshold, gain), xdot)
+    return applied(decomposition, jparse_gains(decomposition.s, threshold, gain), xdot)
 
 
 def _check(gamma: float, position_gain: float, orientation_gain: float, linear_rows: int | None) -> None:

@@ -62,11 +62,11 @@ def falling_zero(function: Callable[[float], float], low: float, high: float) ->
 def apply_gains(decomposition: ThinSVD, gains: Array, xdot: ArrayLike) -> Array:
     """V diag(φ) Uᵀ ẋ, (..., n), for gains φ (..., k) and ẋ (..., m)."""
     xdot = as_measures(xdot, "xdot", (decomposition.U.shape[-2],))
-    check_leading_axes("J", decomposition.s.shape[:-1], "xdot", xdot.shape[:-1])
     return applied(decomposition, gains, xdot)
 
 
 def applied(decomposition: ThinSVD, gains: Array, xdot: Array) -> Array:
-    """`apply_gains` without a look at ẋ."""
+    """`apply_gains` of numbers that are checked, or of our own."""
+    check_leading_axes("J", decomposition.s.shape[:-1], "xdot", xdot.shape[:-1])
     components = np.einsum("...mk,...m->...k", decomposition.U, xdot)
     return np.asarray(np.einsum("...kn,...k->...n", decomposition.Vt, gains * components))

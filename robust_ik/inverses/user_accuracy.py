@@ -12,7 +12,7 @@ from robust_ik.checks import Array, as_array, as_measures, check_leading_axes, c
 from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card, RobustInverse
 from robust_ik.inverses.chiaverini import largest_fading_gain
-from robust_ik.inverses.pieces import apply_gains, damped_gain, fading_damping
+from robust_ik.inverses.pieces import applied, damped_gain, fading_damping
 from robust_ik.linalg import svd
 
 
@@ -81,7 +81,7 @@ class UserDefinedAccuracy(RobustInverse):
         W = np.eye(d.size) - (1 - self.weight(J))[..., None, None] * np.outer(d, d)
         decomposition = svd(W @ J)
         squared = fading_damping(decomposition.s[..., -1:], self.threshold, self.damping)
-        return apply_gains(decomposition, damped_gain(decomposition.s, squared), (W @ xdot[..., None])[..., 0])
+        return applied(decomposition, damped_gain(decomposition.s, squared), (W @ xdot[..., None])[..., 0])
 
     def _direction(self, m: int) -> Array:
         if not isinstance(self.sacrificed, int):
