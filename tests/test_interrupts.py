@@ -128,7 +128,8 @@ def test_processes_end_with_the_work_also_those_that_are_busy(stopped):
         with pytest.raises(stopped):
             work()
     patient = time.monotonic() + 60  # two threads wait for them: one may be told later than the other
-    while not set(active_children()) <= before and time.monotonic() < patient:
+    while not (set(active_children()) <= before and all(each.done() for each in futures)):
+        assert time.monotonic() < patient
         time.sleep(0.01)
     assert set(active_children()) <= before
     assert all(isinstance(each, Future) and each.done() for each in futures)
