@@ -29,6 +29,10 @@ SMALLEST_SIGMA = 1e-290
 """Singular values below this are taken as zero, so that 1/σ cannot overflow."""
 
 
+SQUARED = (1e-140, 1e140)
+"""Numbers between these have squares that neither vanish nor overflow, nor do sums of many."""
+
+
 DEPENDENT = 1e-6
 """Unit rows whose part that is new to the rows before is shorter than this count as dependent on them.
 
@@ -206,6 +210,14 @@ def null_projector(J: ArrayLike) -> Array:
     """
     Vt = svd(J).Vt
     return np.asarray(np.eye(Vt.shape[-1]) - np.swapaxes(Vt, -1, -2) @ Vt)
+
+
+def length(vector: Array) -> float:
+    """‖x‖ of one vector, (n,), also where squares would overflow or vanish."""
+    largest = float(np.abs(vector).max(initial=0.0))
+    if largest == 0 or SQUARED[0] < largest < SQUARED[1]:
+        return float(np.linalg.norm(vector))
+    return largest * float(np.linalg.norm(vector / largest))
 
 
 def complement(rows: Array) -> Array:

@@ -15,7 +15,7 @@ from robust_ik.checks import Array, as_measures, checked_parameter, readonly
 from robust_ik.controller import VelocityController
 from robust_ik.errors import InputError
 from robust_ik.limits import Limit
-from robust_ik.linalg import svd
+from robust_ik.linalg import length, svd
 from robust_ik.progress import Told, progress_bar
 from robust_ik.resolution import Resolution
 from robust_ik.resolvers import Resolver, TaskPriority
@@ -174,7 +174,7 @@ class _Record:
         self.contradictions.append(resolution.contradictions)
         for index, level in enumerate(resolution.levels):
             smallest = level.sigma[-1] if len(level.sigma) else np.nan
-            residual = float(np.linalg.norm(level.residual))
+            residual = length(level.residual)
             values = (level.scale, residual, level.manipulability, smallest, level.corank, level.algorithmic)
             for name, value in zip(self.levels, values):
                 if index >= self.levels[name].shape[1]:

@@ -124,3 +124,12 @@ def test_what_overflows_is_refused_or_infinite():
     with pytest.raises(InputError, match="too large to decompose"):
         linalg.svd(np.full((3, 3), 1e308))
     assert linalg.manipulability(1e100 * np.eye(6)) == np.inf
+
+
+@pytest.mark.parametrize("size", [0.0, 5e-324, 1e-200, 1e-150, 1.0, 1e150, 1e307])
+def test_a_length_is_the_same_share_of_a_vector_whatever_its_size(size):
+    assert_allclose(linalg.length(size * np.array([3.0, -4.0, 0.0])), 5 * size, rtol=1e-12)
+
+
+def test_the_length_of_nothing_is_nothing():
+    assert linalg.length(np.zeros(0)) == 0

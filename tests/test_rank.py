@@ -10,6 +10,7 @@ from robust_ik.bounds import Bounds
 from robust_ik.linalg import RANK_TOLERANCE
 from robust_ik.problem import TaskEquation, VelocityProblem
 from robust_ik.resolvers.freedom import Freedom
+from robust_ik.resolvers.verdict import verdict
 from tests.cases_filters import CASES
 from tests.cases_others import OTHER_CASES
 from tests.cases_resolvers import LIMITERS, named_box, random_matrix
@@ -164,3 +165,12 @@ def test_wishes_whose_squares_overflow_are_fitted_into_limits_like_others(limite
     step = resolved(J, np.array([1.0, -1.0]), box, limiter, rik.MoorePenrose())
     assert np.isfinite(step.qdot).all()
     assert (np.abs(step.qdot) <= 1 + 1e-9).all()
+
+
+@pytest.mark.parametrize("size", [1.0, 1e155, 1e250])
+def test_a_step_that_misses_by_more_than_can_be_squared_is_told_like_any_other(size):
+    equation = TaskEquation(np.eye(3), np.array([1.0, 2.0, 0.0]), np.zeros(3))
+    away = size * np.array([1.0, -1.0, 5.0])
+    problem, reduced = VelocityProblem((equation,), Bounds.free(3)), [Freedom.whole(3).reduce(np.eye(3))]
+    told = [verdict(problem, each * away, [1.0], reduced).status for each in (1.0, -1.0)]
+    assert told == [rik.Status.STUCK, rik.Status.SCALED]

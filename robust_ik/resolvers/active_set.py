@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robust_ik.checks import Array
-from robust_ik.linalg import complement
+from robust_ik.linalg import complement, length
 
 SAME = 1e-10
 """Unit rows whose slope along a unit step is less than this do not stop it."""
@@ -67,8 +67,7 @@ def _first_stop(rows: Array, room: Array, step: Array, held: Sequence[int]) -> t
     """How much of a step there is room for, in [0, 1], and the row that stops it."""
     slopes = rows @ step
     slopes[held] = 0.0
-    longest = float(np.abs(step).max(initial=0.0)) or 1.0  # wishes may be so large that their squares overflow
-    meets = slopes > np.maximum(room, SAME * longest * np.linalg.norm(step / longest))
+    meets = slopes > np.maximum(room, SAME * length(step))
     if not meets.any():
         return 1.0, None
     shares: NDArray[np.float64] = np.full(len(rows), np.inf)

@@ -8,6 +8,7 @@ import numpy as np
 
 from robust_ik.boundary import check_type
 from robust_ik.checks import Array
+from robust_ik.linalg import length
 from robust_ik.resolvers.limiters import Limiter, Scaling, Wish
 from robust_ik.resolvers.qp import REGULARISATION, check_backend, share_of, solve_within
 
@@ -59,19 +60,18 @@ class QuadraticProgram(Limiter):
         """The largest share of the motion, with as little help as need be from what moves the level nowhere."""
         task = wish.reduced.motions
         along = task.T @ (task @ wish.motion) if len(task) else wish.motion
-        largest = float(np.abs(along).max(initial=0.0)) or 1.0  # its squares could overflow
-        length = largest * float(np.linalg.norm(along / largest))
-        if length == 0:
+        whole = length(along)
+        if whole == 0:
             return Scaling().limit(wish)
-        along = along / length
+        along = along / whole
         bounds = wish.bounds
         capped = replace(  # not further along than wished
             bounds,
             rows=np.concatenate([bounds.rows, -along[None]]),
-            floor=np.append(bounds.floor, -(along @ wish.qdot) - length),
+            floor=np.append(bounds.floor, -(along @ wish.qdot) - whole),
         )
         directions = np.column_stack([along, wish.reduced.idle])
         size = directions.shape[1]
         y = solve_within(HELP * np.eye(size), -np.eye(size)[0], directions, capped, wish.qdot, self.backend)
-        share = float(np.clip(y[0] / length, 0.0, 1.0))
+        share = float(np.clip(y[0] / whole, 0.0, 1.0))
         return directions @ y, 1.0 if share > 1 - 1e-12 else share

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from robust_ik.checks import Array, readonly
+from robust_ik.linalg import length
 from robust_ik.problem import VelocityProblem
 from robust_ik.resolution import LevelResult, Resolution, Status
 from robust_ik.resolvers.freedom import Freedom, Reduced
@@ -79,11 +80,11 @@ def _status(problem: VelocityProblem, levels: Sequence[LevelResult]) -> Status:
     if not levels:
         return Status.TRACKING
     wanted = problem.levels[0].xdot
-    size, residual = float(np.linalg.norm(wanted)), levels[0].residual
-    given = float(wanted @ (wanted - residual)) / size if size > NOTHING else 0.0
+    size, residual = length(wanted), levels[0].residual
+    given = float((wanted / size) @ (wanted - residual)) if size > NOTHING else 0.0
     if size > NOTHING and given < STUCK * size:
         return Status.STUCK
     slowed = any(level.scale < 1 for level in levels)
-    if slowed or np.linalg.norm(residual) > max(MET * size, NOTHING):
+    if slowed or length(residual) > max(MET * size, NOTHING):
         return Status.SCALED
     return Status.TRACKING
