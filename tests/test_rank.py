@@ -9,6 +9,7 @@ import robust_ik as rik
 from robust_ik.bounds import Bounds
 from robust_ik.linalg import RANK_TOLERANCE
 from robust_ik.problem import TaskEquation, VelocityProblem
+from robust_ik.resolvers.filtered import filtered_motion
 from robust_ik.resolvers.freedom import Freedom
 from robust_ik.resolvers.verdict import verdict
 from tests.cases_filters import CASES
@@ -174,3 +175,16 @@ def test_a_step_that_misses_by_more_than_can_be_squared_is_told_like_any_other(s
     problem, reduced = VelocityProblem((equation,), Bounds.free(3)), [Freedom.whole(3).reduce(np.eye(3))]
     told = [verdict(problem, each * away, [1.0], reduced).status for each in (1.0, -1.0)]
     assert told == [rik.Status.STUCK, rik.Status.SCALED]
+
+
+@pytest.mark.parametrize("inverse", [rik.EDLS(lower=0.1, raw=True), rik.DampedLeastSquares(), rik.DulebaAdditive()])
+def test_a_level_makes_up_for_a_motion_above_that_is_larger_than_any_wish(inverse):
+    """Its wish is then beyond 1e100, which inverses refuse; it keeps the wish's direction."""
+    rows = np.array([[1.0, 2.0, 0.5], [0.3, 1.0, 1.0]])
+    equation, whole = TaskEquation(rows, np.ones(2), np.zeros(2)), Freedom.whole(3)
+    wanted = np.array([1.0, -2.0])
+    motions = [
+        filtered_motion(inverse, whole.reduce(rows), equation, size * wanted, whole) for size in (1e100 / 2, 1e166)
+    ]
+    assert np.isfinite(motions).all()
+    assert_allclose(motions[1], motions[0], rtol=1e-9)

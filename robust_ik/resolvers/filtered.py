@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.checks import Array
+from robust_ik.checks import LARGEST_PARAMETER, Array
 from robust_ik.inverses import RobustInverse, SingularValueFilter, Weighted
 from robust_ik.linalg import singular_values
 from robust_ik.problem import TaskEquation
@@ -27,11 +27,14 @@ def filtered_motion(
         inverse: The robust inverse #.
         reduced: J N.
         equation: The level's equation, for its error and Hessian.
-        wanted: Task velocity, (m,).
+        wanted: Task velocity, (m,). Where it makes up for what levels above do, it may be larger than any that can be
+            asked for; then the direction is kept.
         freedom: N's subspace.
     """
     if reduced.rank == 0:
         return np.zeros(equation.J.shape[1])
+    if (largest := float(np.abs(wanted).max(initial=0.0))) > LARGEST_PARAMETER:
+        wanted = wanted * (LARGEST_PARAMETER / largest)
     kind = type(inverse)
     if kind.velocity is SingularValueFilter.velocity and kind.solve is SingularValueFilter.solve:
         return (wanted @ reduced.U * level_gains(inverse, reduced)) @ reduced.Vt  # decomposed already
