@@ -1,6 +1,7 @@
 """What every test may use."""
 
 import os
+import signal
 from collections import Counter
 
 import numpy as np
@@ -23,6 +24,12 @@ QUICK = 2
 
 def pytest_addoption(parser):
     parser.addoption("--quick", action="store_true", help="no slow tests, and of each test the first parameters only")
+
+
+def pytest_configure():
+    """Lets Ctrl-C interrupt, also what tests start: shells have it ignored by what they run in the background."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_collection_modifyitems(config, items):
