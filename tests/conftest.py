@@ -18,7 +18,7 @@ MOVED_STARTS = "ROBUST_IK_MOVED_STARTS"
 """The variable that says by how much, in rad or m, runs start beside where they should: what holds must hold there."""
 
 
-QUICK = 2
+QUICK = 1
 """How many sets of parameters of a test are run at --quick."""
 
 

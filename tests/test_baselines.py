@@ -119,6 +119,7 @@ def test_slowing_down_lets_go_back_and_not_on(q2):
     assert_allclose(unaware, -on, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_what_stops_never_leaves_again():
     """And what slows down does."""
     robot, inside = rik.load("planar_2r"), rik.Keypoints(np.array([eye_at(2.2), eye_at(1.0)]), 20.0)

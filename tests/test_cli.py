@@ -36,6 +36,7 @@ def command(capsys, monkeypatch, tmp_path, request):
     return lambda *arguments: run(capsys, *arguments, monkeypatch=monkeypatch)
 
 
+@pytest.mark.slow
 def test_demo_prints_a_row_per_method_and_writes_one_file(command, tmp_path):
     status, out, _ = command("demo", "planar_2r")
     assert status == 0
@@ -281,6 +282,7 @@ gain = 5.0
 """
 
 
+@pytest.mark.slow
 def test_compare_lists_what_there_is_and_runs_a_file_with_its_methods_or_others(command, tmp_path):
     status, out, _ = command("compare")
     assert status == 0

@@ -46,6 +46,7 @@ def test_other_methods_take_the_place_of_those_it_names():
 
 
 @pytest.mark.exact_start
+@pytest.mark.slow
 def test_runs_are_the_same_whoever_runs_them():
     scenarios = [line(), rik.load_scenario("jparse_2r")]
     scenarios = [replace(each, duration=0.5, limits=None) for each in scenarios]

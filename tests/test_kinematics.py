@@ -52,6 +52,7 @@ def mixing(robot, names):
     return np.array(columns).T
 
 
+@pytest.mark.slow
 def test_the_catalogue_has_the_package_and_most_of_it_has_chains():
     assert len(EXAMPLE_NAMES) > 50
     assert {name for name in EXAMPLE_NAMES if not description(name).joints or not chains(name)} <= (

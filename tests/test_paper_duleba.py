@@ -88,6 +88,7 @@ def test_algorithm_2_reaches_the_end_in_1499_iterations_and_its_error_falls_as_t
     assert_allclose(end.errors[1400] * 1400**2, (L**2 + A3**2) / (kappa * L**2) * FLOOR**2, rtol=0.03)
 
 
+@pytest.mark.slow
 def test_algorithm_1_does_not_and_its_error_falls_as_one_over_the_iterations():
     end = follow("Algorithm 1", 10_000)[-1]
     assert end.status is rik.NewtonStatus.ITERATION_LIMIT
@@ -259,6 +260,7 @@ def test_the_puma_passes_its_singularities_and_equal_safety_is_calmer_than_the_c
     assert equal < 0.6 * two
 
 
+@pytest.mark.slow
 def test_the_puma_held_out_of_reach_shakes_with_a_floor_of_a_hundredth_and_with_any_clamp():
     """φ(0⁺) = 1/d_min and, for the others, φ′(0) too large for 10 ms: none rests. A larger damping does."""
 

@@ -69,6 +69,7 @@ def test_the_arc_of_the_scenario_goes_around_the_corrected_centre_and_not_around
 
 
 @pytest.mark.parametrize("name", PAST)
+@pytest.mark.slow
 def test_esrim_passes_within_the_tolerance_with_the_smallest_steps_where_the_others_do_not(name):
     """SGIM diverges, SRIM oscillates; ESRIM's largest ‖Δθ‖ is at most a fifth of theirs."""
     sgim, srim, esrim = (run(name, label) for label in ("SGIM", "SRIM", "ESRIM"))
@@ -79,6 +80,7 @@ def test_esrim_passes_within_the_tolerance_with_the_smallest_steps_where_the_oth
     assert esrim.smallest_sigma > max(srim.smallest_sigma, sgim.smallest_sigma)
 
 
+@pytest.mark.slow
 def test_srim_oscillates_where_the_target_is_out_of_reach():
     """Out of reach, q4 flips from one side of the stretch to the other; with ESRIM it does not."""
     turns = {label: np.count_nonzero(np.diff(np.sign(run("esrim_arc", label).q[:, 3]))) for label in ("SRIM", "ESRIM")}
@@ -154,11 +156,13 @@ def test_whether_the_pseudo_inverse_passes_the_line_with_the_papers_step_hangs_o
     assert 0 < np.mean(errors > TOLERANCE * 1e3) < 1
 
 
+@pytest.mark.slow
 def test_from_the_start_beside_it_the_pseudo_inverse_leaves_the_line_and_the_others_do_not():
     errors = [line_from_many_starts(label)[0] for label in ("SGIM", "SRIM", "ESRIM")]
     assert_allclose(errors, [0.831, 0.066, 0.281], atol=2e-3)
 
 
+@pytest.mark.slow
 def test_srim_keeps_to_the_line_with_its_damping_in_millimetres_and_leaves_it_in_metres():
     assert (line_from_many_starts("SRIM") < 0.2).all()
     assert (line_from_many_starts("SRIM, λ₀ in m") > 0.6).all()
@@ -169,6 +173,7 @@ def test_with_the_factor_below_the_threshold_only_there_is_no_lag(name, largest)
     assert 1e3 * run(name, "ESRIM, α below σ₀").position_error.max() < largest < 1e3 * LAG / 10
 
 
+@pytest.mark.slow
 def test_esrim_meets_a_second_singularity_on_the_arc_and_passes_both():
     arc = load_scenario("esrim_arc_twice")
     passed = run_many(arc, "ESRIM", arc.q0[None])
@@ -179,6 +184,7 @@ def test_esrim_meets_a_second_singularity_on_the_arc_and_passes_both():
     assert_allclose(np.abs(joints[1:3]), [0, 90], atol=1)
 
 
+@pytest.mark.slow
 def test_the_second_singularity_throws_the_others_out_of_the_tolerance():
     """On the rest of the arc, from the start of its own that leads them there."""
     assert_allclose(

@@ -80,6 +80,7 @@ def test_given_time_it_is_straight_as_far_as_one_can_see():
     assert_allclose(planar("J-PARSE, γ = 0.1", 80.0)[-1], [np.pi / 4, 0], atol=5e-4)
 
 
+@pytest.mark.slow
 def test_the_scenario_is_that_loop():
     short = replace(scenario("jparse_2r"), duration=2.0)
     for label in ("J-PARSE, γ = 0.05", "DLS, λ² = 0.03", "ADLS, w₀ = 0.1"):
@@ -140,6 +141,7 @@ def errors(name, label, seconds=None):
     "name, label, seconds",
     [("xarm7_line", JPARSE, None), ("xarm7_plane", JPARSE, None), ("xarm7_line", "DLS, λ = 0.1", 40.0)],
 )
+@pytest.mark.slow
 def test_xarm7_ends_at_every_reachable_keypoint_and_as_near_as_can_be_at_the_others(name, label, seconds):
     found = errors(name, label, seconds)
     best = np.array(BEST[name])[: len(found)]
@@ -194,6 +196,7 @@ def test_more_gain_along_singular_directions_costs_peak_speed(name, label, peak)
     assert_allclose(np.median(apart(name, f"J-PARSE, {label}", seconds).speed.max(axis=0)), peak, rtol=0.1)
 
 
+@pytest.mark.slow
 def test_the_best_reachable_distance_is_not_beaten_by_any_random_search(rng):
     """J-PARSE rests where no descent of the weighted error leads further: checked by damped Newton from many starts."""
     robot, target = rik.load("xarm7"), pose((1.0, 0, 0.5), (np.pi, 0, 0))
@@ -227,6 +230,7 @@ def test_without_a_leak_the_damping_has_no_say_in_where_it_ends():
     assert rik.simulate(to_b(), rik.DampedLeastSquares(0.2)).position_error[-1] < 1e-9
 
 
+@pytest.mark.slow
 def test_safety_alone_reaches_every_keypoint_at_ten_times_the_speed():
     safety = run("xarm7_line", "JacobianSafety")
     assert_allclose(errors("xarm7_line", "JacobianSafety"), [0.330, 0, 0, 0], atol=1e-3)
@@ -234,6 +238,7 @@ def test_safety_alone_reaches_every_keypoint_at_ten_times_the_speed():
     assert_allclose([fast, calm], [14.5, 1.5], rtol=0.03)
 
 
+@pytest.mark.slow
 def test_what_drops_the_singular_directions_does_not_come_back():
     """At C the one with the projector of its own does arrive."""
     labels = ("JacobianProjection", "JacobianSafetyProjection")
@@ -243,6 +248,7 @@ def test_what_drops_the_singular_directions_does_not_come_back():
     assert 0.15 < with_exact[2] < 0.17
 
 
+@pytest.mark.slow
 def test_in_the_plane_the_ablations_do_the_same():
     safety, dropped = run("xarm7_plane", "JacobianSafety", 60.0), run("xarm7_plane", "JacobianSafetyProjection", 60.0)
     assert_allclose(safety.position_error[AT_A_KEYPOINT[:3]], [0, 0.178, 0], atol=1e-3)
@@ -275,6 +281,7 @@ def test_the_projector_of_an_ablation_is_what_released_directions_leave():
     assert_allclose(step.qdot - alone, ablation.null_projector(J) @ (wish - alone), atol=1e-12)
 
 
+@pytest.mark.slow
 def test_at_a_target_out_of_reach_the_tool_rests_and_the_null_space_term_alone_keeps_joints_moving():
     """σ₆ is about 1e-5 there: its joint direction and the null space change places with the last bits."""
     given = scenario("xarm7_line")
@@ -291,6 +298,7 @@ def test_the_nominal_posture_of_the_paper_is_singular_itself():
 
 
 @pytest.mark.parametrize("name", BEST)
+@pytest.mark.slow
 def test_within_joint_limits_the_same_keypoints_are_reached(name):
     """What the paper leaves open. Speeds and positions hold at every step, for the pseudo-inverse too."""
     for label, seconds in ((JPARSE, 40.0), ("pseudo-inverse", 22.0)):
@@ -332,6 +340,7 @@ def test_gen3_with_little_damping_or_none_is_fast_and_with_jparse_within_its_spe
     assert run("gen3_line", JPARSE).largest_speed_ratio < 0.5
 
 
+@pytest.mark.slow
 def test_gen3s_manipulability_is_lower_than_with_a_leaking_projector_only():
     """The null-space term, through I − J#J, holds DLS off the boundary; with the exact projector it gets nearer."""
     ours = out_of_reach(JPARSE)[0]
@@ -341,6 +350,7 @@ def test_gen3s_manipulability_is_lower_than_with_a_leaking_projector_only():
     assert (ours < out_of_reach("DLS, λ = 0.01")[0] / 3).all()
 
 
+@pytest.mark.slow
 def test_gains_along_singular_directions_speed_them_up_and_equal_ones_are_p():
     both, p = run("gen3_line", "J-PARSE, k_p = k_o = 2", 60.0), run("gen3_line", "J-PARSE, p = 2", 60.0)
     assert_allclose(both.q, p.q, atol=1e-6)
@@ -370,6 +380,7 @@ def test_the_error_falls_up_to_the_largest_gain_of_equation_50_and_grows_above()
 
 # ------------------------------------------------------------------------------------ the real robot (Figures 11, 12)
 @pytest.mark.parametrize("name", ["xarm7_line", "xarm7_plane"])
+@pytest.mark.slow
 def test_with_the_real_robots_gains_the_arm_is_slow_and_arrives(name):
     real = run(f"{name}_real", "J-PARSE, γ = 0.07", 60.0)
     best = np.array(BEST[name][:3])
@@ -387,6 +398,7 @@ def test_gen3s_upper_arm_is_upright_where_the_target_is_near_half_a_metre():
     assert (near.sigma[upright, -1] < 0.05).all()
 
 
+@pytest.mark.slow
 def test_puma_passes_the_lock_of_its_wrist_at_a_finite_speed_and_from_a_singular_start():
     speeds = {label: run("puma_wrist_lock", label, 60.0) for label in scenario("puma_wrist_lock").methods}
     for label, passing in speeds.items():
@@ -397,6 +409,7 @@ def test_puma_passes_the_lock_of_its_wrist_at_a_finite_speed_and_from_a_singular
     assert speeds[JPARSE].largest_speed < speeds["DLS, λ = 0.1"].largest_speed < speeds["ADLS"].largest_speed
 
 
+@pytest.mark.slow
 def test_on_the_stand_in_for_pumas_path_jparse_is_not_the_most_accurate():
     """The paper says it is. γ = 0.05 is better than DLS, λ = 0.1; γ = 0.1 is not, and ADLS beats both on average."""
     labels = scenario("puma_wrist_lock").methods
@@ -427,6 +440,7 @@ def test_led_by_hand_slowing_down_comes_back_but_stays_short():
     assert (slow.sigma[:, 0] / slow.sigma[:, -1]).max() < 30.5
 
 
+@pytest.mark.slow
 def test_a_marker_out_of_reach_is_followed_and_come_back_from():
     calm, stopped = run("gen3_marker", JPARSE), run("gen3_marker", "stop")
     assert calm.position_error.max() > 0.2

@@ -53,6 +53,7 @@ def test_the_circle_has_the_papers_radius_and_leaves_its_reach(name, beyond):
 @pytest.mark.parametrize(
     "name, errors, ends", [(ONE[0], (0.0921, 0.0900), (2.613, 2.709)), (ONE[1], (0.0421, 0.0400), (2.412, 2.517))]
 )
+@pytest.mark.slow
 def test_the_measure_stays_at_half_its_bound_where_chiaverinis_falls_to_nothing(name, errors, ends):
     """Figs. 3 and 4: .0300, at about half the joint speed, nearly the same error, and back on the circle sooner."""
     kim, chiaverini = run(name, "task reconstruction"), run(name, "Chiaverini")
@@ -63,6 +64,7 @@ def test_the_measure_stays_at_half_its_bound_where_chiaverinis_falls_to_nothing(
     assert_allclose([until(each) for each in (kim, chiaverini)], ends, atol=0.01)
 
 
+@pytest.mark.slow
 def test_the_task_recovers_without_over_and_undershoot_where_chiaverinis_passes_its_target():
     """Figs. 3b and 4b: the error in x once its largest value is past."""
     kim, chiaverini = (
@@ -103,6 +105,7 @@ def test_other_link_lengths_of_the_same_sum_give_the_same_picture(lengths):
 
 
 @pytest.mark.parametrize("name", TWO)
+@pytest.mark.slow
 def test_two_tasks_keep_both_measures_if_drift_counts_and_lose_the_second_as_printed(name):
     """Fig. 5 and eq. (26), which leaves out what the first task does to the second measure."""
     ours, printed = run(name, "task reconstruction"), run(name, "as printed, drift left out")

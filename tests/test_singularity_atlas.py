@@ -100,6 +100,7 @@ def test_puma_elbow_wrist_and_shoulder_are_named_by_the_dh_lengths():
     assert atlas.highest == 2
 
 
+@pytest.mark.slow
 def test_ur5_shoulder_couples_three_parallel_joints_with_the_ratios_of_its_lengths():
     atlas = atlas_of("ur5")
     a2, a3, d5 = 0.425, 0.39225, 0.09465
@@ -160,6 +161,7 @@ def test_no_row_is_spurious(name):
     check_no_spurious_row(name)
 
 
+@pytest.mark.slow
 def test_a_rounded_urdf_is_straightened_and_its_floor_told():
     atlas = atlas_of("xarm7")
     assert len(atlas.robot.changes) > 3

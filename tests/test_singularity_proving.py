@@ -85,6 +85,7 @@ def test_a_list_with_a_family_that_the_proof_does_not_have_is_not_certified():
     assert statuses(replace(atlas, strata=(moved, *atlas.strata)))[0] is Status.ESTIMATE
 
 
+@pytest.mark.slow
 def test_a_curve_does_not_stand_for_another_family_of_its_dimension():
     """It has no equation, so it could account for points that only have as many freedoms."""
     atlas = atlas_of("panda")
@@ -119,11 +120,13 @@ def test_what_a_proof_adds_takes_the_place_of_curves_that_few_points_left():
     assert [len(atlas.of_corank(corank)) for corank in (1, 2, 3)] == [3, 3, 0]
 
 
+@pytest.mark.slow
 def test_a_file_of_an_arm_with_signed_relations_is_read(tmp_path):
     atlas = rik.find_singularities(rik.load("puma560_corke"), starts=20)
     assert str(SingularityAtlas.load(atlas.save(tmp_path / "atlas.json"))) == str(atlas)
 
 
+@pytest.mark.slow
 def test_a_family_whose_conditions_say_less_than_its_samples_is_not_certified():
     atlas = atlas_of("puma560")
     wrist = next(row for row in atlas if row.words == "q5 ∈ {0, π}")
@@ -250,6 +253,7 @@ def test_words_come_from_the_conditions_and_not_from_the_file(tmp_path):
     assert atlas.strata[2].words == "q5 ∈ {0, π}"
 
 
+@pytest.mark.slow
 def test_a_proof_of_another_arm_certifies_nothing():
     atlas, other = atlas_of("pa10"), atlas_of("panda")
     assert set(statuses(replace(atlas, certificate=other.certificate))) == {Status.ESTIMATE, Status.NONE_FOUND}

@@ -200,6 +200,7 @@ def alone():
     return plain(atlas_of())
 
 
+@pytest.mark.slow
 def test_an_atlas_is_the_same_with_any_number_of_workers(pool):
     assert plain(atlas_of(executor=pool)) == alone()
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as one:
