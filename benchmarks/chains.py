@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -68,26 +69,35 @@ class Chain:
 
     def write(self, path: Path) -> Path:
         """Writes the URDF: no shapes, and a token inertia, which MuJoCo demands of links that move."""
-        root = ET.Element("robot", name=self.name)
-        links = [BASE, *(f"link_{i + 1}" for i in range(len(self.joints))), self.tip]
-        for link in links:
-            body = ET.SubElement(root, "link", name=link)
-            if link == BASE:  # KDL wants none there
-                continue
-            inertial = ET.SubElement(body, "inertial")
-            ET.SubElement(inertial, "mass", value="1")
-            ET.SubElement(inertial, "inertia", ixx="1", iyy="1", izz="1", ixy="0", ixz="0", iyz="0")
-        for name, placement, parent, child, lower, upper, speed in zip(
-            self.joints, self.placements, links, links[1:], self.lower, self.upper, self.speeds
-        ):
-            joint = _joint(root, name, "revolute", placement, parent, child)
-            ET.SubElement(joint, "axis", xyz="0 0 1")
-            values = {"lower": lower, "upper": upper, "velocity": speed, "effort": 1.0}
-            ET.SubElement(joint, "limit", {key: repr(float(value)) for key, value in values.items()})
-        _joint(root, "tool_joint", "fixed", self.tool, links[-2], links[-1])
-        path.parent.mkdir(parents=True, exist_ok=True)
-        ET.ElementTree(root).write(path)
-        return path
+        return write(path, self.name, [self])
+
+
+def write(path: Path, name: str, chains: Sequence[Chain]) -> Path:
+    """Writes the URDF of chains that share a base; joints and tips must have different names."""
+    root = ET.Element("robot", name=name)
+    ET.SubElement(root, "link", name=BASE)  # no inertia: KDL wants none there
+    for number, chain in enumerate(chains):
+        _hang(root, chain, f"_{number}" if number else "")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    ET.ElementTree(root).write(path)
+    return path
+
+
+def _hang(root: ET.Element, chain: Chain, suffix: str) -> None:
+    """Adds the links and joints of a chain to the base; a suffix keeps their names apart from another chain's."""
+    links = [BASE, *(f"link_{i + 1}{suffix}" for i in range(len(chain.joints))), chain.tip]
+    for link in links[1:]:
+        inertial = ET.SubElement(ET.SubElement(root, "link", name=link), "inertial")
+        ET.SubElement(inertial, "mass", value="1")
+        ET.SubElement(inertial, "inertia", ixx="1", iyy="1", izz="1", ixy="0", ixz="0", iyz="0")
+    for name, placement, parent, child, lower, upper, speed in zip(
+        chain.joints, chain.placements, links, links[1:], chain.lower, chain.upper, chain.speeds
+    ):
+        joint = _joint(root, name, "revolute", placement, parent, child)
+        ET.SubElement(joint, "axis", xyz="0 0 1")
+        values = {"lower": lower, "upper": upper, "velocity": speed, "effort": 1.0}
+        ET.SubElement(joint, "limit", {key: repr(float(value)) for key, value in values.items()})
+    _joint(root, f"tool_joint{suffix}", "fixed", chain.tool, links[-2], links[-1])
 
 
 def _frame(axis: np.ndarray, point: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The two kinds of figures: bars of medians with quartiles, and cost against size."""
+"""The kinds of figures: bars of medians with quartiles, cost against size, and series in time."""
 
 from __future__ import annotations
 
@@ -55,5 +55,35 @@ def lines(path: Path, panels: Mapping[str, Mapping[str, Sequence[tuple[float, fl
         panel.grid(which="both", alpha=0.3)
         if group:
             panel.legend(fontsize=7)
+    figure.tight_layout()
+    figure.savefig(path, **SAVE)
+
+
+def series(path: Path, panels: Mapping[str, tuple[Sequence[float], Sequence[float]]], x: str, y: str) -> None:
+    """Something against time, a panel a series, each with a scale of its own; a number that stays near zero shows flat.
+
+    Args:
+        path: The file.
+        panels: Title → times and values.
+        x: Label of the time.
+        y: Label of the values.
+    """
+    columns = 3
+    rows = -(-len(panels) // columns)
+    figure = Figure(figsize=(4 * columns, 1.9 * rows))
+    places = figure.subplots(rows, columns, squeeze=False, sharex=True).ravel()
+    for place, (title, (times, values)) in zip(places, panels.items()):
+        place.step(
+            times, values, where="post", linewidth=1, color="tab:blue" if title.startswith("robust_ik") else "0.4"
+        )
+        most = max(0.01, *(1.1 * abs(value) for value in values))
+        place.set_ylim(-most, most)
+        place.set_title(title, fontsize=7)
+        place.tick_params(labelsize=7)
+        place.grid(alpha=0.3)
+    for place in places[len(panels) :]:
+        place.set_visible(False)
+    figure.supxlabel(x, fontsize=9)
+    figure.supylabel(y, fontsize=9)
     figure.tight_layout()
     figure.savefig(path, **SAVE)

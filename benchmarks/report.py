@@ -73,6 +73,7 @@ class Report:
         settings: Counts, seeds and the like.
         text_last: Whether the last column is text.
         figure: Draws it into a file.
+        page: In docs, where the table goes.
     """
 
     name: str
@@ -82,6 +83,7 @@ class Report:
     settings: dict[str, Any] = field(default_factory=dict)
     text_last: bool = False
     figure: Callable[[Path], None] | None = None
+    page: str = PAGE
 
     def record(self) -> dict[str, Any]:
         """What the JSON file holds."""
@@ -106,7 +108,7 @@ class Report:
 
     def publish(self, *, write: bool) -> None:
         """Prints the table and saves the rest; into docs too if so wanted."""
-        publish(markdown(self.columns, self.rows, text_last=self.text_last), PAGE, self.name, write=write)
+        publish(markdown(self.columns, self.rows, text_last=self.text_last), self.page, self.name, write=write)
         self.save(OUT)
         if write:
             self.save(DOCS / "benchmarks")

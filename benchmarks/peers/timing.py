@@ -138,23 +138,40 @@ def run(name: str, package: str, make: Make, *, version: str | None = None, **op
         version: The version of a package that pip does not know.
         options: Further options, their possible values, the default first.
     """
-    parser = argparse.ArgumentParser(description=f"Times {name}: one round for every line on standard input.")
-    parser.add_argument("work", type=Path, help="an .npz file of a Work")
+
+    def begin(path: Path, arguments: argparse.Namespace) -> Callable[[], dict[str, Any]]:
+        work = Work.read(path)
+        system = make(work, arguments)
+        _check(system, work)
+        return lambda: _timed(system, work)
+
+    serve(name, package, begin, version=version, **options)
+
+
+Begin = Callable[[Path, argparse.Namespace], Callable[[], dict[str, Any]]]
+"""From the file of a work and the options to what answers one line."""
+
+
+def serve(name: str, package: str, begin: Begin, *, version: str | None = None, **options: tuple[str, ...]) -> None:
+    """A line of JSON that says who answers, and then one for every line on standard input; see `run`."""
+    parser = argparse.ArgumentParser(description=f"Runs {name}: one round for every line on standard input.")
+    parser.add_argument("work", type=Path, help="an .npz file with the work")
     for option, values in options.items():
         parser.add_argument(f"--{option}", choices=values, default=values[0])
     arguments = parser.parse_args()
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)  # a library that prints must not be taken for an answer
-    work = Work.read(arguments.work)
-    system = make(work, arguments)
-    _check(system, work)
+    answer = begin(arguments.work, arguments)
     chosen = {option: getattr(arguments, option) for option in options}
     hello = {"peer": name, "version": version or importlib.metadata.version(package), **chosen}
     print(json.dumps(hello), file=answers, flush=True)
     for _ in sys.stdin:
-        done = sample(system.step, work.q, work.targets)
-        line = {"cpu_us": done.cpu_us, "us": done.us.round(3).tolist(), "answers": np.array(done.answers).tolist()}
-        print(json.dumps(line), file=answers, flush=True)
+        print(json.dumps(answer()), file=answers, flush=True)
+
+
+def _timed(system: System, work: Work) -> dict[str, Any]:
+    done = sample(system.step, work.q, work.targets)
+    return {"cpu_us": done.cpu_us, "us": done.us.round(3).tolist(), "answers": np.array(done.answers).tolist()}
 
 
 def _check(system: System, work: Work) -> None:
