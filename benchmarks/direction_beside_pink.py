@@ -19,6 +19,7 @@ from robust_ik.scenarios import StraightLine, ur5_elbow, ur5_wrist
 from robust_ik.scenarios.straight_line import DT, Asked, turned
 
 LIMITERS = {
+    "robust_ik, `Sliding`": rik.Sliding(),
     "robust_ik, `Scaling`": rik.Scaling(),
     "robust_ik, `Saturation`": rik.Saturation(),
     "robust_ik, `QuadraticProgram(keep_direction=True)`": rik.QuadraticProgram(keep_direction=True),

@@ -89,6 +89,7 @@ from robust_ik.resolvers import QuadraticProgram as QuadraticProgram
 from robust_ik.resolvers import Resolver as Resolver
 from robust_ik.resolvers import Saturation as Saturation
 from robust_ik.resolvers import Scaling as Scaling
+from robust_ik.resolvers import Sliding as Sliding
 from robust_ik.resolvers import TaskPriority as TaskPriority
 from robust_ik.resolvers import TaskReconstruction as TaskReconstruction
 from robust_ik.resolvers import WeightedPriority as WeightedPriority

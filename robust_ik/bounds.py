@@ -34,6 +34,7 @@ class Bounds:
         contradictions: Limits that had to yield because they contradict stronger ones.
         unhurried: The box without acceleration limits, where there are any: lower and upper, (n,) each.
         last: The velocities of the last step, (n,), where acceleration is limited.
+        fastest: What of the box is there to bound speeds, not to keep from something, (n,); None if nothing is.
     """
 
     lower: Array
@@ -46,6 +47,7 @@ class Bounds:
     contradictions: tuple[str, ...] = ()
     unhurried: tuple[Array, Array] | None = None
     last: Array | None = None
+    fastest: Array | None = None
 
     def __post_init__(self) -> None:
         if not len(self.rows):
@@ -87,6 +89,7 @@ class Bounds:
             contradictions=stronger.contradictions + self.contradictions + tuple(yields[crossed]),
             unhurried=self._unhurried_within(stronger),
             last=self.last if stronger.last is None else stronger.last,
+            fastest=least_of(self.fastest, stronger.fastest),
         )
 
     def _unhurried_within(self, stronger: Bounds) -> tuple[Array, Array] | None:
@@ -130,3 +133,10 @@ class Bounds:
             *(str(cause) for cause in self.upper_cause[at_upper]),
             *(cause for cause, there in zip(self.row_cause, on_floor) if there),
         )
+
+
+def least_of(a: Array | None, b: Array | None) -> Array | None:
+    """Entry by entry; None stands for no bound."""
+    if a is None or b is None:
+        return b if a is None else a
+    return np.minimum(a, b)

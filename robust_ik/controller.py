@@ -174,7 +174,7 @@ class VelocityController:
         bounds = Bounds.free(self.robot.n)
         for limit in reversed(self.limits):
             bounds = bounds.within(limit.bounds(self.robot, q, self.qdot, dt))
-        return VelocityProblem(levels, bounds)
+        return VelocityProblem(levels, bounds, dt)
 
 
 def as_resolver(given: Resolver | RobustInverse | None) -> Resolver:

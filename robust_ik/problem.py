@@ -62,7 +62,9 @@ class VelocityProblem:
     Attributes:
         levels: One equation per level, the most important first.
         bounds: What q̇ must respect.
+        dt: How long q̇ lasts, s; 0 where that is not known.
     """
 
     levels: tuple[TaskEquation, ...]
     bounds: Bounds
+    dt: float = 0.0

@@ -43,7 +43,9 @@ class Units:
         """What a resolver is told."""
         if self.length == 1.0:
             return given
-        return VelocityProblem(tuple(self._equation(each) for each in given.levels), self._bounds(given.bounds))
+        return replace(
+            given, levels=tuple(self._equation(each) for each in given.levels), bounds=self._bounds(given.bounds)
+        )
 
     def resolution(self, given: VelocityProblem, found: Resolution) -> Resolution:
         """What it answers, in metres, but for singular values, which stay in these units."""
@@ -76,4 +78,5 @@ class Units:
             floor=given.floor / self.length,
             unhurried=None if hurried is None else (hurried[0] / joints, hurried[1] / joints),
             last=None if given.last is None else given.last / joints,
+            fastest=None if given.fastest is None else given.fastest / joints,
         )

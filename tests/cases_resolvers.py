@@ -8,7 +8,13 @@ import robust_ik as rik
 from robust_ik.bounds import Bounds
 from robust_ik.problem import TaskEquation, VelocityProblem
 
-LIMITERS = [rik.Scaling(), rik.Saturation(), rik.QuadraticProgram(), rik.QuadraticProgram(keep_direction=True)]
+LIMITERS = [
+    rik.Sliding(),
+    rik.Saturation(),
+    rik.QuadraticProgram(),
+    rik.QuadraticProgram(keep_direction=True),
+    rik.Scaling(),
+]
 INVERSES = [rik.JParse(), rik.DampedLeastSquares(), rik.Chiaverini()]
 STRICT = [
     resolver(inverse, limiter)

@@ -1,6 +1,7 @@
 """Random control steps on real robots, every promise about limits checked after each: `make soak`."""
 
 import argparse
+import copy
 import functools
 import itertools
 import os
@@ -70,7 +71,7 @@ def kept_run(robot, rng, limits, near, resolver, q, stack, steps):
     if rng.random() < 0.3:  # in motion, perhaps too fast to stop
         controller.reset(rng.normal(size=robot.n) * rng.choice([0.1, 1.0, 5.0]))
     for _ in range(steps):
-        before = controller.qdot
+        before, driver = controller.qdot, copy.deepcopy(controller._driver)
         step = controller.step(q, stack, dt)
         where = f"{robot.name}, {resolver}, q={q!r}"
         assert np.isfinite(step.qdot).all(), f"not finite: {where}"
@@ -92,6 +93,7 @@ def kept_run(robot, rng, limits, near, resolver, q, stack, steps):
         if resolver in STRICT and len(stack) > 1 and rng.random() < CHECKED:
             first = rik.VelocityController(robot, resolver, strongest_first)
             first.reset(before)
+            first._driver = driver  # with what it remembers
             alone = first.step(q, stack[:1], dt)
             assert np.abs(step.residual - alone.residual).max() <= TOLERANCE, f"first level: {where}"
             assert abs(step.scale[0] - alone.scale[0]) <= 1e-6, f"scale of the first level: {where}"

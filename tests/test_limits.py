@@ -17,28 +17,46 @@ def limits(**changes):
     return JointLimits.of(PLANAR, **given)
 
 
-def stopping_distance(speed, acceleration, dt):
-    """What a joint goes until it stops, step by step."""
+def stopping_distance(speed, acceleration, dt, gain=np.inf):
+    """What a joint goes until it stops, step by step; slower than acceleration/gain by the share gain·dt a step."""
+    gain = min(gain, 1 / dt)
     distance = 0.0
-    while speed > 0:
+    while speed > acceleration / gain:
         distance += dt * speed
         speed -= acceleration * dt
-    return distance
+    return distance + max(speed, 0.0) / gain
 
 
 @pytest.mark.parametrize("dt", TIMES)
-def test_the_braking_speed_is_the_largest_one_from_which_a_joint_stops_in_time(dt, rng):
+@pytest.mark.parametrize("gain", [np.inf, 20.0, 1.0])
+def test_the_braking_speed_is_the_largest_one_from_which_a_joint_stops_in_time(dt, gain, rng):
     for _ in range(100):
         acceleration = 10 ** rng.uniform(-1, 2)
         room = rng.uniform(0, 300) ** 2 * acceleration * dt * dt * rng.choice([1e-3, 1e-2])
-        speed = braking_speed(np.array([room]), np.array([acceleration]), dt)[0]
-        assert stopping_distance(speed * (1 - 1e-9), acceleration, dt) <= room * (1 + 1e-9)
-        assert stopping_distance(speed * (1 + 1e-6) + 1e-12, acceleration, dt) > room
+        speed = braking_speed(np.array([room]), np.array([acceleration]), dt, gain)[0]
+        assert stopping_distance(speed * (1 - 1e-9), acceleration, dt, gain) <= room * (1 + 1e-9)
+        assert stopping_distance(speed * (1 + 1e-6) + 1e-12, acceleration, dt, gain) > room
 
 
 def test_the_braking_speed_without_room_is_zero_and_without_limits_is_none():
     room, acceleration = np.array([0.0, 0.0, np.inf, 0.3]), np.array([2.0, np.inf, 2.0, np.inf])
     assert_allclose(braking_speed(room, acceleration, 0.1), [0, 0, np.inf, 3])
+    assert_allclose(braking_speed(room, acceleration, 0.1, gain=2.0), [0, 0, np.inf, 0.6])
+
+
+@pytest.mark.parametrize("acceleration", [np.inf, 4.0])
+def test_a_joint_that_is_asked_to_its_end_comes_to_rest_there_and_each_step_is_slower(acceleration):
+    each, q, previous = limits(acceleration=acceleration), np.zeros(3), np.zeros(3)
+    speeds = []
+    for _ in range(1000):
+        previous = each.bounds(PLANAR, q, previous, 0.005).upper
+        q = q + 0.005 * previous
+        speeds.append(previous[0])
+    braking = np.array(speeds)[np.argmax(speeds) + 400 :]
+    assert (np.diff(speeds[-200:]) <= 0).all()
+    assert (braking >= 0).all()
+    assert_allclose(q, 1, atol=1e-9)
+    assert (q <= 1).all()
 
 
 @pytest.mark.parametrize("dt", TIMES)
@@ -51,6 +69,7 @@ def test_from_rest_no_sequence_of_steps_needs_more_than_the_acceleration_nor_lea
             velocity=np.where(rng.random(3) < 0.2, np.inf, rng.uniform(0.01, 5, 3)),
             acceleration=np.where(rng.random(3) < 0.2, np.inf, 10 ** rng.uniform(-2, 2, 3)),
             recovery_speed=10 ** rng.uniform(-2, 1),
+            gain=rng.choice([1.0, 20.0, np.inf]),
         )
         q, previous = rng.uniform(each.lower, each.upper) + outside * rng.normal(size=3), np.zeros(3)
         for _ in range(60):
@@ -71,7 +90,7 @@ def test_from_rest_no_sequence_of_steps_needs_more_than_the_acceleration_nor_lea
 @pytest.mark.parametrize("acceleration", [np.inf, 0.5])
 @pytest.mark.parametrize("side", [-1, 1])
 def test_a_joint_that_is_outside_comes_back_monotonically_no_faster_than_asked_and_arrives(dt, acceleration, side):
-    each = limits(acceleration=acceleration)
+    each = limits(acceleration=acceleration, gain=np.inf)
     q, previous = np.array([side * 1.3, 0.0, 0.0]), np.zeros(3)
     needed = int(0.3 / (0.2 * dt) + 0.2 / (0.5 * dt)) + 3
     for _ in range(min(needed, 3000)):
@@ -87,9 +106,10 @@ def test_a_joint_that_is_outside_comes_back_monotonically_no_faster_than_asked_a
 
 
 def test_a_joint_that_is_hardly_outside_is_asked_to_come_back_only_to_its_end():
-    each = limits(acceleration=np.inf)
-    bounds = each.bounds(PLANAR, np.array([1 + 1e-6, 0, 0]), np.zeros(3), 0.01)
-    assert_allclose(bounds.upper[0], -1e-4, rtol=1e-6)
+    for gain, asked in ((np.inf, -1e-4), (20.0, -2e-5), (2.0, -2e-6)):
+        each = limits(acceleration=np.inf, gain=gain)
+        bounds = each.bounds(PLANAR, np.array([1 + 1e-6, 0, 0]), np.zeros(3), 0.01)
+        assert_allclose(bounds.upper[0], asked, rtol=1e-6)
 
 
 def test_a_joint_comes_back_no_faster_than_it_can_stop_before_its_other_end():
@@ -204,6 +224,8 @@ def test_causes_name_the_joint_and_the_kind():
         ({"velocity": "fast"}, "velocity must be one number or 3, one per joint, got 'fast'"),
         ({"recovery_speed": 0.0}, "recovery_speed must be > 0"),
         ({"recovery_speed": np.nan}, "recovery_speed must be > 0"),
+        ({"gain": 0.0}, "gain must be > 0"),
+        ({"gain": np.nan}, "gain must be > 0"),
     ],
 )
 def test_limits_that_cannot_be_meant_are_refused(changes, match):

@@ -16,9 +16,11 @@ from robust_ik.resolvers.feasible import feasible_start
 from robust_ik.resolvers.filtered import filtered_motion
 from robust_ik.resolvers.freedom import Freedom
 from robust_ik.resolvers.limiters import Wish
+from robust_ik.resolvers.motion_cost import PRICE
+from robust_ik.resolvers.quadratic_program import TURN
 from tests.cases_resolvers import BOXES, named_box, random_problem
 
-SCALING, SATURATION = rik.Scaling(), rik.Saturation()
+SCALING, SATURATION, SLIDING = rik.Scaling(), rik.Saturation(), rik.Sliding()
 NEAREST, DIRECTED = rik.QuadraticProgram(), rik.QuadraticProgram(keep_direction=True)
 BACKENDS = [name for name in ("daqp", "proxqp", "quadprog") if name in qpsolvers.available_solvers]
 WORTH = 1e-3
@@ -36,15 +38,15 @@ def wishes(count, seed):
             reduced = freedom.reduce(equation.J)
             missing = equation.xdot - equation.J @ qdot
             motion = freedom.project(filtered_motion(rik.JParse(), reduced, equation, missing, freedom))
-            wish = Wish(qdot, motion, reduced, freedom, bounds)
+            wish = Wish(qdot, motion, reduced, freedom, bounds, rng.choice([0.0, 0.01]))
             yield wish
-            limiter = (SCALING, SATURATION, NEAREST, DIRECTED)[rng.integers(4)]
+            limiter = (SCALING, SATURATION, NEAREST, DIRECTED, SLIDING)[rng.integers(5)]
             qdot = np.clip(qdot + limiter.limit(wish)[0], bounds.lower, bounds.upper)
             freedom = Freedom(reduced.below)
 
 
 def largest_share(wish):
-    """The share that linear programming finds, with any help from what moves the level nowhere."""
+    """The share that linear programming finds, with any help from what moves the level nowhere, and that help."""
     task = wish.reduced.motions
     along = task.T @ (task @ wish.motion)
     length = np.linalg.norm(along)
@@ -56,12 +58,17 @@ def largest_share(wish):
     ).clip(0)
     spans = [(0, length)] + [(None, None)] * (directions.shape[1] - 1)
     found = linprog(-np.eye(directions.shape[1])[0], rows, room, bounds=spans, method="highs")
-    return found.x[0] / length
+    return found.x[0] / length, wish.reduced.idle @ found.x[1:]
+
+
+def metric(wish):
+    """H/σ₁², (n, n), over the level's freedom."""
+    return (wish.cost.directions * wish.cost.weights) @ wish.cost.directions.T
 
 
 def missed(wish, change):
-    """‖J N (change − motion)‖²."""
-    return float(np.sum((wish.reduced.matrix @ (change - wish.motion)) ** 2))
+    """½ (change − motion)ᵀ H (change − motion)."""
+    return float((change - wish.motion) @ metric(wish) @ (change - wish.motion)) / 2
 
 
 def inside(wish, change):
@@ -69,26 +76,33 @@ def inside(wish, change):
 
 
 @pytest.mark.parametrize("limiter", [SCALING, SATURATION, DIRECTED], ids=repr)
-def test_the_direction_of_the_task_is_kept(limiter):
+def test_the_direction_of_the_task_is_kept_but_for_a_thousandth_of_the_wish(limiter):
     for wish in wishes(150, seed=1):
         change, share = limiter.limit(wish)
         assert 0 <= share <= 1
         assert inside(wish, change)
         effect = wish.reduced.matrix @ wish.motion
-        assert_allclose(wish.reduced.matrix @ change, share * effect, atol=1e-11 * (1 + np.abs(effect).max(initial=0)))
+        turn = TURN * np.sqrt(wish.motion @ metric(wish) @ wish.motion) * wish.reduced.sigma_max
+        rounding = 1e-11 * (1 + np.abs(effect).max(initial=0))
+        aside = wish.reduced.matrix @ change - share * effect
+        assert np.linalg.norm(aside) <= (0 if limiter is SCALING else turn) + rounding
 
 
-def test_each_limiter_gets_at_least_the_share_of_the_simpler_one_and_the_last_the_largest_there_is():
-    best, seen = 0, 0
+def test_a_limiter_that_keeps_the_direction_gives_all_that_is_worth_its_price():
+    """At least the largest share there is less what its help costs, and never less than by scaling."""
+    seen, largest = 0, 0
     for wish in wishes(250, seed=2):
         if np.abs(wish.motion).max() < WORTH:
             continue
-        shares = [limiter.limit(wish)[1] for limiter in (SCALING, SATURATION, DIRECTED)]
-        assert shares[0] <= shares[1] <= shares[2] + 1e-6
-        assert_allclose(shares[2], largest_share(wish), atol=1e-6)
-        seen, best = seen + 1, best + (shares[1] > shares[2] - 1e-6)
+        optimum, aid = largest_share(wish)
+        value = wish.motion @ metric(wish) @ wish.motion
+        least = max(optimum - aid @ metric(wish) @ aid / (2 * value), SCALING.limit(wish)[1])
+        for limiter in (SATURATION, DIRECTED):
+            share = limiter.limit(wish)[1]
+            assert least - 1e-6 <= share <= 1
+        seen, largest = seen + 1, largest + (abs(share - optimum) < 1e-3)
     assert seen > 200
-    assert best > 0.95 * seen  # saturation holds joints and never lets go: nearly always the optimum
+    assert largest > 0.8 * seen  # help is mostly cheap, and a turn mostly of no use
 
 
 def test_the_quadratic_program_leaves_less_undone_than_any_other_motion_inside_the_bounds():
@@ -98,7 +112,7 @@ def test_the_quadratic_program_leaves_less_undone_than_any_other_motion_inside_t
         assert 0 <= share <= 1
         assert inside(wish, change)
         least = missed(wish, change) - 1e-7 * (1 + float(wish.motion @ wish.motion))
-        others = [limiter.limit(wish)[0] for limiter in (SCALING, SATURATION, DIRECTED)]
+        others = [limiter.limit(wish)[0] for limiter in (SCALING, SATURATION, DIRECTED, SLIDING)]
         for _ in range(10):
             push = wish.freedom.basis @ rng.normal(size=wish.freedom.basis.shape[1]) * rng.choice([1e-3, 1.0])
             others.append(change + push * wish.bounds.largest_step(wish.qdot + change, push))
@@ -142,7 +156,7 @@ def test_the_active_set_method_finds_the_point_where_multipliers_tell_that_nothi
 
 def test_locked_joints_stop_nothing_that_does_not_need_them(rng):
     """Rounding towards a bound that a joint lies on must not stop the others."""
-    for limiter in (SCALING, SATURATION, NEAREST, DIRECTED):
+    for limiter in (SCALING, SATURATION, NEAREST, DIRECTED, SLIDING):
         for _ in range(20):
             J = rng.normal(size=(3, 6))
             J[:, [1, 4]] = 0.0
@@ -154,13 +168,13 @@ def test_locked_joints_stop_nothing_that_does_not_need_them(rng):
                 assert step.status is rik.Status.TRACKING
 
 
-def test_saturation_takes_the_joint_that_is_furthest_out_where_several_stop_it_at_once():
+def test_other_joints_take_over_where_several_stop_the_motion_at_once():
     J = np.array([[1.0, 2, -2, -2], [0, 0, 1, -1]])
     box = named_box([-9.0, 0, 0, -9], [0.0, 0, 0, 9])
     problem = VelocityProblem((TaskEquation(J, np.ones(2), np.ones(2)),), box)
     step = rik.TaskPriority(rik.MoorePenrose(), SATURATION).resolve(problem)
     assert step.scale == [1]
-    assert_allclose(step.residual, 0, atol=1e-12)
+    assert_allclose(step.residual, 0, atol=TURN * np.sqrt(2))
 
 
 def test_what_is_released_still_counts_as_the_levels_own_motion(rng):
@@ -172,17 +186,21 @@ def test_what_is_released_still_counts_as_the_levels_own_motion(rng):
         for limiter in (SATURATION, DIRECTED):
             step = rik.TaskPriority(limiter=limiter, release=0.2).resolve(problem)
             effect = equation.J @ rik.JParse().solve(equation.J, equation.xdot)
-            assert_allclose(equation.J @ step.qdot, step.scale[0] * effect, atol=1e-10)
+            assert_allclose(equation.J @ step.qdot, step.scale[0] * effect, atol=2 * TURN * np.linalg.norm(effect))
 
 
-def test_a_share_is_all_where_all_but_the_price_of_regularisation_is_given():
+def test_other_joints_take_over_all_of_the_wish_or_all_but_the_price():
     J = np.array([[1.0, 1.0]])
     problem = VelocityProblem((TaskEquation(J, np.ones(1), np.ones(1)),), named_box([-1.0, -1.0], [0.2, 1.0]))
-    for limiter in (SATURATION, NEAREST, DIRECTED):
+    for limiter in (SATURATION, DIRECTED):
         step = rik.TaskPriority(limiter=limiter).resolve(problem)
         assert step.scale == [1]
         assert step.status is rik.Status.TRACKING
         assert_allclose(step.qdot, [0.2, 0.8], atol=1e-6)
+    for limiter in (SLIDING, NEAREST):
+        step = rik.TaskPriority(limiter=limiter).resolve(problem)
+        assert 1 - PRICE < step.scale[0] < 1
+        assert_allclose(step.qdot, [0.2, 0.8], atol=PRICE)
     slowed = rik.TaskPriority(limiter=SCALING).resolve(problem)
     assert_allclose(slowed.scale, [0.4], atol=1e-9)
     assert slowed.status is rik.Status.SCALED
@@ -193,7 +211,7 @@ def test_narrower_bounds_never_give_the_optimum_a_larger_share(rng):
         J, xdot = rng.normal(size=(3, 6)), rng.normal(size=3)
         level = (TaskEquation(J, xdot, xdot),)
         size = rng.uniform(0.1, 1, 6)
-        for limiter in (SCALING, DIRECTED):
+        for limiter in (SCALING, SATURATION, DIRECTED):
             shares = [
                 rik.TaskPriority(limiter=limiter)
                 .resolve(VelocityProblem(level, named_box(-c * size, c * size)))
@@ -205,7 +223,7 @@ def test_narrower_bounds_never_give_the_optimum_a_larger_share(rng):
 
 def test_a_level_without_bounds_or_without_freedom_is_left_as_it_is():
     nothing = Freedom(np.zeros((3, 0))).reduce(np.eye(3))
-    for limiter in (SCALING, SATURATION, NEAREST, DIRECTED):
+    for limiter in (SCALING, SATURATION, NEAREST, DIRECTED, SLIDING):
         wish = Wish(np.zeros(3), np.zeros(3), nothing, Freedom(np.zeros((3, 0))), Bounds.free(3))
         change, share = limiter.limit(wish)
         assert not change.any()

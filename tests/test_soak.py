@@ -58,7 +58,7 @@ def test_the_soak_finds_a_broken_promise(monkeypatch, promise):
 
 
 def test_the_soak_finds_joints_that_do_not_brake(monkeypatch):
-    monkeypatch.setattr("robust_ik.limits.joint.braking_speed", lambda room, acceleration, dt: np.full_like(room, 9.0))
+    monkeypatch.setattr("robust_ik.limits.joint.braking_speed", lambda room, *_: np.full_like(room, 9.0))
     with pytest.raises(AssertionError, match="^position"):
         soak.soak([rik.load("panda")], 3_000, seed=1)
 

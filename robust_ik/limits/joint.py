@@ -20,6 +20,8 @@ from robust_ik.errors import InputError
 from robust_ik.limits.base import Limit
 from robust_ik.robot import Robot
 
+GAIN = 20.0
+"""How fast a joint uses up the way to its end, 1/s: it is slowed from a twentieth of a second before."""
 LEAST = 1e-9
 """The least acceleration that is one, rad/s² or m/s²: with less nothing moves."""
 
@@ -30,8 +32,9 @@ class JointLimits(Limit):
 
     With a finite acceleration a joint brakes in time: from rest, no sequence of steps of equal length ever needs more
     than it to stay inside. A joint that is outside comes back at no more than `recovery_speed`, and never goes further
-    out. Where they contradict each other (a joint too fast to stop), position wins over velocity, and both win over
-    acceleration; the resolution then says so.
+    out. Towards an end, and back to it, it uses up at most `gain` of the way in a second, so that it comes to rest
+    there and does not shake with the noise of what is measured. Where they contradict each other (a joint too fast to
+    stop), position wins over velocity, and both win over acceleration; the resolution then says so.
 
     Attributes:
         lower: Lower position limits, (n,), rad or m.
@@ -40,6 +43,7 @@ class JointLimits(Limit):
         acceleration: Acceleration limits, (n,), rad/s² or m/s².
         recovery_speed: Speed of the way back of a joint that is outside, rad/s or m/s.
         joint_names: What to call them, n strings.
+        gain: Of the way to an end, the share that may be used up in a second, 1/s; at most 1/dt has effect.
     """
 
     lower: Array
@@ -48,6 +52,7 @@ class JointLimits(Limit):
     acceleration: Array
     recovery_speed: float
     joint_names: tuple[str, ...]
+    gain: float = GAIN
 
     @classmethod
     def of(
@@ -60,6 +65,7 @@ class JointLimits(Limit):
         acceleration: ArrayLike | None = None,
         margin: ArrayLike = 0.0,
         recovery_speed: float = 0.1,
+        gain: float = GAIN,
     ) -> Self:
         """The robot's own limits, or others in their place.
 
@@ -71,6 +77,7 @@ class JointLimits(Limit):
             acceleration: Acceleration limits, rad/s² or m/s²; default none, as URDFs have none.
             margin: What to keep from position limits, rad or m.
             recovery_speed: Speed of the way back of a joint that is outside, rad/s or m/s.
+            gain: Of the way to an end, the share that may be used up in a second, 1/s; infinite to go there in a step.
 
         Raises:
             InputError: A limit has another shape, is NaN or negative, or lower limits exceed upper ones.
@@ -85,6 +92,7 @@ class JointLimits(Limit):
             velocity=_per_joint(robot, "velocity", robot.velocity_limit if velocity is None else velocity),
             acceleration=_per_joint(robot, "acceleration", np.inf if acceleration is None else acceleration),
             recovery_speed=recovery_speed,
+            gain=gain,
             joint_names=robot.joint_names,
         )
 
@@ -95,6 +103,8 @@ class JointLimits(Limit):
                 raise InputError(f"{name} must be one for each of {len(self.joint_names)} joints, got {value.shape}")
             object.__setattr__(self, name, _checked(name, value, least))
         checked_parameter("recovery_speed", self.recovery_speed, above=0)
+        if self.gain != np.inf:
+            checked_parameter("gain", self.gain, above=0)
         for name, a, b in zip(self.joint_names, self.lower, self.upper):
             if a > b or a == np.inf or b == -np.inf:
                 raise InputError(f"lower + margin ≤ upper − margin must hold, got {a:g} and {b:g} for {name}")
@@ -118,6 +128,7 @@ class JointLimits(Limit):
             upper=np.clip(upper, -self.velocity, self.velocity),
             lower_cause=np.where(lower > -self.velocity, self._names["position"], self._names["velocity"]),
             upper_cause=np.where(upper < self.velocity, self._names["position"], self._names["velocity"]),
+            fastest=self.velocity,
         )
         change, names = self.acceleration * dt, self._names["acceleration"]
         if not np.isfinite(change).any():
@@ -127,10 +138,11 @@ class JointLimits(Limit):
 
     def _ceiling(self, room: Array, previous: Array, dt: float) -> Array:
         """The largest speed towards an end that is `room` away; negative where the end is passed already."""
+        gain = min(self.gain, 1 / dt)
         least = np.maximum(
-            -np.minimum(self.recovery_speed, -room / dt), np.minimum(previous - self.acceleration * dt, 0.0)
+            -np.minimum(self.recovery_speed, -gain * room), np.minimum(previous - self.acceleration * dt, 0.0)
         )
-        return np.where(room < 0, least, braking_speed(np.maximum(room, 0.0), self.acceleration, dt))
+        return np.where(room < 0, least, braking_speed(np.maximum(room, 0.0), self.acceleration, dt, gain))
 
     @cached_property
     def _names(self) -> dict[str, NDArray[np.str_]]:
@@ -140,22 +152,27 @@ class JointLimits(Limit):
         }
 
 
-def braking_speed(room: Array, acceleration: Array, dt: float) -> Array:
+def braking_speed(room: Array, acceleration: Array, dt: float, gain: float = np.inf) -> Array:
     """The largest speed for the next step after which there is still room to stop.
 
-    In steps of dt, from v on, a joint goes dt (v + (v − a dt) + (v − 2 a dt) + …) until it stops; that sum is at most
-    `room`. Without an acceleration limit it is room/dt.
+    In steps of dt, from v on, a joint slows down by a dt a step to a/gain, and then by the share gain·dt of its speed:
+    it goes dt (v + (v − a dt) + …) + w/gain until it rests, w ≤ a/gain being the first speed of the second part. That
+    is at most `room`. Without an acceleration limit it is v/gain.
 
     Args:
         room: Distances, (n,), rad or m, ≥ 0, possibly infinite.
         acceleration: (n,), rad/s² or m/s², > 0, possibly infinite.
         dt: Step, s.
+        gain: Of the way that is left, the share that may be used up in a second, 1/s; at most 1/dt has effect.
     """
+    gain = min(gain, 1 / dt)
     limited = np.isfinite(acceleration) & np.isfinite(room)
     drop = np.where(limited, acceleration, 1.0) * dt
-    there = np.where(limited, room, 0.0) / dt
-    steps = np.floor((np.sqrt(1 + 8 * there / drop) - 1) / 2)
-    return np.where(limited, (there + drop * steps * (steps + 1) / 2) / (steps + 1), room / dt)
+    left, soft = np.where(limited, room, 0.0), drop / (dt * gain)
+    linear = 0.5 + soft / drop
+    steps = np.ceil(np.sqrt(linear**2 + np.maximum(2 * (left - soft / gain) / (drop * dt), 0.0)) - linear)
+    slow = (left - drop * dt * steps * (steps + 1) / 2) / (steps * dt + 1 / gain)
+    return np.where(limited, slow + steps * drop, gain * room)
 
 
 def _per_joint(robot: Robot, name: str, value: ArrayLike) -> Array:

@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import abc
+import copy
 from dataclasses import dataclass, field, replace
+from typing import Self
 
 import numpy as np
 
 from robust_ik.checks import Array, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.inverses import RobustInverse
+from robust_ik.linalg import length
 from robust_ik.problem import TaskEquation, VelocityProblem
 from robust_ik.resolution import Resolution
-from robust_ik.resolvers.base import InverseResolver
+from robust_ik.resolvers.base import MAX_MEMORIES, InverseResolver
+from robust_ik.resolvers.eased import Eased
 from robust_ik.resolvers.feasible import feasible_start
 from robust_ik.resolvers.freedom import Freedom, Reduced
-from robust_ik.resolvers.limiters import Limiter, Saturation, Wish
+from robust_ik.resolvers.limiters import Limiter, Wish
 from robust_ik.resolvers.ramp import ramped
+from robust_ik.resolvers.sliding import Sliding
 from robust_ik.resolvers.verdict import verdict
 
 
@@ -62,14 +67,30 @@ class PriorityResolver(InverseResolver):
             use a joint direction that a singularity frees, at the price of a jump and of moving the task by that much.
     """
 
-    limiter: Limiter = field(default_factory=Saturation)
+    limiter: Limiter = field(default_factory=Sliding)
     release: float = 0.0
+    _eased: tuple[Eased, ...] = field(default=(), init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if not isinstance(self.limiter, Limiter):
-            raise InputError(f"limiter must be Scaling(), Saturation() or QuadraticProgram(), got {self.limiter!r}")
+            raise InputError(
+                f"limiter must be Sliding(), Saturation(), QuadraticProgram() or Scaling(), got {self.limiter!r}"
+            )
         checked_parameter("release", self.release, least=0, below=1)
+
+    def begin(self, dt: float) -> Self:
+        """See `Resolver.begin`; limiters that stop a level as a whole let it go on slowly."""
+        begun = super().begin(dt)
+        if not self.limiter.stops:
+            return begun
+        begun = copy.copy(begun)
+        object.__setattr__(begun, "_eased", tuple(Eased(self.limiter, dt) for _ in range(MAX_MEMORIES)))
+        return begun
+
+    def limiter_of(self, level: int) -> Limiter:
+        """The limiter of a level, from 0."""
+        return self._eased[level] if level < len(self._eased) else self.limiter
 
     @abc.abstractmethod
     def motion(self, settled: Settled) -> Array:
@@ -85,7 +106,9 @@ class PriorityResolver(InverseResolver):
             reduced = (*reduced, freedom.reduce(equation.J, self.release))
             settled = Settled(lasting, index, self.inverse_of(index), qdot, freedom, reduced)
             motion = freedom.project(self.motion(settled))
-            change, scale = self.limiter.limit(Wish(qdot, motion, reduced[-1], freedom, bounds))
+            reach = problem.dt * length(settled.missing)
+            wish = Wish(qdot, motion, reduced[-1], freedom, bounds, reach)
+            change, scale = self.limiter_of(index).limit(wish)
             qdot = np.clip(qdot + change, bounds.lower, bounds.upper)
             scales.append(scale)
             aims.append(qdot)

@@ -46,7 +46,9 @@ def check_backend(backend: str) -> None:
         raise InputError(f"backend must be one of {', '.join(sorted(qpsolvers.available_solvers))}, got {backend!r}")
 
 
-def solve_within(hessian: Array, slope: Array, directions: Array, bounds: Bounds, qdot: Array, backend: str) -> Array:
+def solve_within(
+    hessian: Array, slope: Array, directions: Array, bounds: Bounds, qdot: Array, backend: str | None
+) -> Array:
     """The y that minimises ½ yᵀ H y + gᵀ y with q̇ + D y inside the bounds.
 
     The solver says which bounds act; from there, or from y = 0 where it fails, as solvers do on joints that are locked
@@ -58,7 +60,7 @@ def solve_within(hessian: Array, slope: Array, directions: Array, bounds: Bounds
         directions: D, (n, d).
         bounds: What must be respected.
         qdot: q̇, inside the bounds, (n,).
-        backend: A solver that qpsolvers knows.
+        backend: A solver that qpsolvers knows; None to begin at y = 0.
 
     Returns:
         y, (d,), exact at the bounds that act.
@@ -66,7 +68,7 @@ def solve_within(hessian: Array, slope: Array, directions: Array, bounds: Bounds
     if directions.shape[1] == 0:
         return np.zeros(0)
     rows, room = _constraints(directions, bounds, qdot)
-    guess = _guess(hessian, slope, rows, room, backend)
+    guess = None if backend is None else _guess(hessian, slope, rows, room, backend)
     acting = [] if guess is None else _independent(rows, np.flatnonzero(room - rows @ guess <= ON_BOUND))
     start = None if guess is None else _on(rows[acting], room[acting], guess)
     if start is None or (rows @ start > room + INSIDE).any():

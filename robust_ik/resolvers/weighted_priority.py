@@ -10,12 +10,14 @@ import numpy as np
 
 from robust_ik.checks import Array, checked_parameter
 from robust_ik.errors import InputError
+from robust_ik.linalg import length
 from robust_ik.problem import VelocityProblem
 from robust_ik.resolution import Resolution
 from robust_ik.resolvers.base import InverseResolver
 from robust_ik.resolvers.feasible import feasible_start
 from robust_ik.resolvers.filtered import filtered_motion
 from robust_ik.resolvers.freedom import Freedom
+from robust_ik.resolvers.motion_cost import motion_cost
 from robust_ik.resolvers.qp import REGULARISATION, check_backend, share_of, solve_within
 from robust_ik.resolvers.verdict import reductions, verdict
 
@@ -63,12 +65,32 @@ class WeightedPriority(InverseResolver):
         free = np.linalg.solve(hessian, rows.T @ wanted).astype(float)
         if bounds.contains(free, 0.0):
             return verdict(problem, free, [1.0] * len(problem.levels), reductions(problem))
-        slope = hessian @ start - rows.T @ wanted
-        change = solve_within(hessian, slope, np.eye(len(start)), bounds, start, self.backend)
+        metric = self._metric(problem)
+        change = solve_within(metric, metric @ (start - free), np.eye(len(start)), bounds, start, self.backend)
         qdot = np.clip(start + change, bounds.lower, bounds.upper)
         return verdict(
             problem, qdot, [share_of(each.J @ free, each.J @ qdot) for each in problem.levels], reductions(problem)
         )
+
+    def _metric(self, problem: VelocityProblem) -> Array:
+        """What motions cost, (n, n), over the largest price: Σᵢ wᵢ Hᵢ, and what is no level's as much as its cheapest.
+
+        As `motion_cost` for each level, so that joints which limits stop do not make the others go forth and back.
+        """
+        n = len(problem.bounds.lower)
+        whole, metric, largest = Freedom.whole(n), np.zeros((n, n)), 0.0
+        for level, equation in enumerate(problem.levels):
+            reach = problem.dt * length(equation.xdot)
+            reduced = whole.reduce(equation.J)
+            cost, size = (
+                motion_cost(reduced, reach),
+                self.weight_of(level) * reduced.own[0] ** 2,
+            )
+            moving = cost.directions[:, : cost.rank]
+            metric += size * (moving * cost.weights[: cost.rank]) @ moving.T
+            largest = max(largest, size * cost.floor)
+        metric += (largest or 1.0) * np.eye(n)
+        return np.asarray(metric / np.abs(metric).max())
 
     def _weighted(self, problem: VelocityProblem) -> tuple[Array, Array]:
         """All levels as one, each filtered, every row times the root of its level's weight."""

@@ -17,6 +17,7 @@ from robust_ik.resolvers import (
     Resolver,
     Saturation,
     Scaling,
+    Sliding,
     TaskPriority,
     TaskReconstruction,
     WeightedPriority,
@@ -30,6 +31,7 @@ RESOLVERS: tuple[type[Resolver | Limiter], ...] = (
     WeightedPriority,
     LeakingPriority,
     Scaling,
+    Sliding,
     Saturation,
     QuadraticProgram,
 )

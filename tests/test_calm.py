@@ -1,0 +1,146 @@
+"""Motions to a target that stands still come to rest, whatever limits act on the way."""
+
+import numpy as np
+import pytest
+
+import robust_ik as rik
+from robust_ik.limits import CollisionLimit, JointLimits
+from robust_ik.problem import TaskEquation, VelocityProblem
+from robust_ik.resolvers import quadratic_program
+from robust_ik.resolvers.eased import RISE
+from robust_ik.resolvers.freedom import Freedom
+from robust_ik.resolvers.limiters import Wish
+from robust_ik.resolvers.motion_cost import PRICE, motion_cost
+from tests import closed_loop
+from tests.cases_resolvers import LIMITERS, named_box, random_matrix
+
+CALM = [each for each in LIMITERS if each != rik.Scaling()]
+
+
+def last_seconds(robot, controller, q, stack, dt, seconds):
+    """Where the arm ends, and what it was asked for in the last second."""
+    asked = []
+    for _ in range(int(seconds / dt)):
+        asked.append(controller.step(q, stack, dt).qdot)
+        q = robot.integrate(q, dt * asked[-1])
+    return q, np.array(asked[-int(1 / dt) :])
+
+
+@pytest.mark.parametrize("limiter", CALM, ids=repr)
+def test_no_joint_moves_but_for_progress(limiter, rng):
+    """ẋᵀ P J q̇ ≥ q̇ᵀ H q̇ wherever rest is inside the limits; half of it where the direction is kept."""
+    for _ in range(300):
+        n, m = int(rng.integers(2, 8)), int(rng.integers(1, 7))
+        J, xdot = random_matrix(rng, m, n, rng.choice([None, 0.0, 1e-6, 1e-2])), rng.normal(size=m)
+        reach = float(rng.choice([0.0, 0.01, 0.1]))
+        reduced = Freedom.whole(n).reduce(J)
+        motion = rik.JParse().solve(J, xdot)
+        room = np.where(rng.random((2, n)) < 0.3, 0.0, rng.uniform(0, 0.5, (2, n)))
+        wish = Wish(np.zeros(n), motion, reduced, Freedom.whole(n), named_box(-room[0], room[1]), reach)
+        qdot, _ = limiter.limit(wish)
+        cost = motion_cost(reduced, reach)
+        H = (cost.directions * cost.weights) @ cost.directions.T
+        assert motion @ H @ qdot >= (0.5 if limiter.stops else 1.0) * (qdot @ H @ qdot) - 1e-9
+
+
+def test_the_price_has_its_floor_everywhere_and_rises_with_how_far_a_step_wants_to_go(rng):
+    for small in (None, 1e-3, 0.0):
+        reduced = Freedom.whole(6).reduce(random_matrix(rng, 4, 6, small))
+        least = [motion_cost(reduced, reach).weights.min() for reach in (0.0, 0.01, 1.0, 1e9, 1e300)]
+        np.testing.assert_allclose(least[:2], [PRICE, PRICE + 0.01 / reduced.sigma_max])
+        assert least[-2:] == [1.0, 1.0]
+        basis = motion_cost(reduced).directions
+        np.testing.assert_allclose(basis.T @ basis, np.eye(6), atol=1e-12)
+
+
+@pytest.mark.parametrize("limiter", CALM, ids=repr)
+def test_velocities_change_no_more_than_a_constant_times_the_changes_of_arm_and_target(limiter):
+    """|Δq̇| ≤ C (|Δq| + |Δx|) over paths on which joints meet their limits and leave them again.
+
+    C is the gain over the floor's root and, where the direction is kept, over how far it may turn.
+    """
+    robot = rik.load("panda")
+    constant = 10 / np.sqrt(PRICE) * (1 / quadratic_program.TURN if limiter.stops else 5)
+    held = set()
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        q, there = rng.uniform(robot.lower, robot.upper, (2, robot.n))
+        targets = [robot.pose(each) for each in rng.uniform(robot.lower, robot.upper, (2, robot.n))]
+        last = None
+        for t in np.linspace(0, 1, 400):
+            at = np.clip(q + t * 1.4 * (there - q), robot.lower, robot.upper)
+            task = rik.FrameTask(targets[0], gain=2.0, max_linear=0.2, max_angular=0.5)
+            step = rik.VelocityController(robot, rik.TaskPriority(limiter=limiter)).step(at, task, 0.01)
+            held.add(step.active)
+            if last is not None:
+                change = np.linalg.norm(at - last[0])
+                assert np.linalg.norm(step.qdot - last[1]) <= constant * change + 1e-6
+            last = at, step.qdot
+    assert len(held) > 3  # limits acted, and not always the same
+
+
+def test_a_target_behind_a_joint_limit_of_an_xarm_is_arrived_at_by_default():
+    """It shook at full speed for ever: joint 4 is asked to go beyond its end."""
+    robot = rik.load("xarm7")
+    beyond = robot.rest.copy()
+    beyond[3] = robot.upper[3] + 0.4
+    target = robot.pose(beyond)
+    for stack in (
+        [[rik.FrameTask(target, gain=5.0)]],
+        [[rik.FrameTask(target, gain=5.0)], [rik.PostureTask(robot.rest)]],
+    ):
+        q, asked = last_seconds(robot, rik.VelocityController(robot), robot.rest, stack, 0.005, 25.0)
+        assert np.linalg.norm(robot.pose(q)[:3, 3] - target[:3, 3]) < 1e-3
+        assert np.abs(asked).max() < 0.02
+
+
+@pytest.mark.parametrize("limiter", LIMITERS, ids=repr)
+def test_a_panda_whose_hand_goes_back_towards_its_base_comes_to_rest(limiter):
+    robot = rik.load("panda")
+    target = robot.pose(robot.rest).copy()
+    target[:3, 3] += [-0.45, 0.0, -0.1]
+    limits = [JointLimits.of(robot), CollisionLimit.of(robot)]
+    controller = rik.VelocityController(robot, rik.TaskPriority(limiter=limiter), limits)
+    arrives = limiter == rik.Sliding()
+    stack = [[rik.FrameTask(target, gain=5.0)]]
+    q, asked = last_seconds(robot, controller, robot.rest, stack, 0.01, 16.0 if arrives else 6.0)
+    assert np.abs(asked).max() < 5e-3
+    missed = np.linalg.norm(robot.pose(q)[:3, 3] - target[:3, 3])
+    assert missed < (1e-3 if arrives else 0.2)
+
+
+@pytest.mark.slow
+def test_whole_motions_drawn_at_random_do_not_shake():
+    rng = np.random.default_rng(5)
+    for _ in range(12):
+        draw = closed_loop.draw(rng, surroundings=("joints", "acceleration"), steps=(0.01, 0.02))
+        ending = closed_loop.run(draw, steps=600)
+        assert not closed_loop.shakes_within_limits(draw, ending, steps=600), draw
+        assert draw.noisy or ending.outside <= 1e-9
+
+
+def test_the_judge_of_shaking_tells_it_from_motion_and_from_rest():
+    turns = np.where(np.arange(50) % 2, 1.0, -1.0)[:, None] * [0.0, 0.02, 1.0]
+    limits = np.array([1.0, 1.0, 1.0])
+    assert closed_loop.shaking(turns, limits)
+    assert not closed_loop.shaking(turns * [1, 0.4, 0], limits)  # too slow to count
+    assert not closed_loop.shaking(np.abs(turns), limits)  # fast, and one way
+    assert closed_loop.noise_shakes(turns, 0.01)
+    assert not closed_loop.noise_shakes(1e-3 * turns, 0.01)
+
+
+def test_a_limiter_that_stops_a_level_lets_it_go_on_slowly_and_is_itself_where_nothing_stopped():
+    J = np.eye(2)
+
+    def at(bound):
+        return VelocityProblem((TaskEquation(J, np.array([1.0, 1.0]), np.zeros(2)),), named_box([-9, -9], [bound, 9.0]))
+
+    run = rik.TaskPriority(limiter=rik.Scaling()).begin(0.1)
+    assert run.resolve(at(9.0)).scale == [1]
+    assert run.resolve(at(0.0)).scale[0] < 1e-9
+    shares = [run.resolve(at(9.0)).scale[0] for _ in range(6)]
+    np.testing.assert_allclose(shares[:5], 0.1 / RISE * np.arange(1, 6), atol=1e-9)
+    assert shares[5] == 1
+    alone = rik.TaskPriority(limiter=rik.Scaling())
+    alone.resolve(at(0.0))
+    assert alone.resolve(at(9.0)).scale == [1]
