@@ -100,6 +100,8 @@ from robust_ik.simulation import simulate as simulate
 from robust_ik.singularities import SingularityAtlas as SingularityAtlas
 from robust_ik.singularities import Stratum as Stratum
 from robust_ik.singularities import find_singularities as find_singularities
+from robust_ik.standstill import Standstill as Standstill
+from robust_ik.standstill import why_stuck as why_stuck
 from robust_ik.stepper import Stepper as Stepper
 from robust_ik.tasks import DampingTask as DampingTask
 from robust_ik.tasks import DirectionTask as DirectionTask

@@ -106,8 +106,8 @@ class Resolution:
             return "Ask for less speed to keep up." if slowed else "It is held back near a singularity, and catches up."
         if held:
             return (
-                "Limits stand in its way: lead the target back inside them, or take QuadraticProgram(), which goes on "
-                "along a limit where resolvers that keep the direction stop."
+                "Limits stand in its way: lead the target back inside them, or take Sliding(), which goes on along "
+                "them where limiters that keep the direction stop; why_stuck() tells which, and if there is a way."
             )
         return (
             "It pulls along a direction that is lost: lead the target elsewhere, drop rows that are not needed, or "

@@ -1,10 +1,14 @@
-"""Random control steps on real robots, every promise about limits checked after each: `make soak`."""
+"""Random control steps on real robots, every promise about limits checked after each, then whole motions: `make soak`.
+
+The motions are those of `tests.closed_loop`: to targets that stand still, until they rest. None may shake.
+"""
 
 import argparse
 import copy
 import functools
 import itertools
 import os
+import sys
 import time
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
@@ -15,6 +19,7 @@ from rich.progress import Progress
 import robust_ik as rik
 from robust_ik.description import Box, Sphere
 from robust_ik.limits import HalfSpace, Obstacle
+from tests import closed_loop
 from tests.cases_resolvers import RESOLVERS, STRICT
 
 ROBOTS = {
@@ -198,17 +203,41 @@ def chunk(steps, seed):
     return soak(load_robots(), steps, seed)
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--steps", type=int, default=1_000_000)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="processes")
-    arguments = parser.parse_args()
-    sizes = [min(CHUNK, arguments.steps - done) for done in range(0, arguments.steps, CHUNK)]
-    seeds = np.random.SeedSequence(arguments.seed).spawn(len(sizes))
+LOOPS = 50
+"""Whole motions that one process takes at a time."""
+
+
+def loops(count, seed):
+    """How many motions of so many came to rest, arrived, still moved when time was up, and what shook or broke."""
+    rng, counts, broken = np.random.default_rng(seed), Counter(), []
+    for _ in range(count):
+        draw = closed_loop.draw(rng)
+        ending = closed_loop.run(draw)
+        if closed_loop.shakes_within_limits(draw, ending):
+            broken.append(f"shakes at {ending.speed:.3g}: {draw}")
+        elif ending.chatters:
+            counts["shake without limits, too: the inverse in steps this long"] += 1
+        elif ending.error < ARRIVED:
+            counts["arrived"] += 1
+        elif draw.noisy or ending.speed < closed_loop.REST:
+            counts["rest elsewhere"] += 1
+        else:
+            counts["still on their way"] += 1
+        if not draw.noisy and ending.outside > TOLERANCE:
+            broken.append(f"outside by {ending.outside:.3g}: {draw}")
+    return counts, broken
+
+
+ARRIVED = 1e-3
+"""A motion has arrived that ends nearer than this, m."""
+
+
+def soak_steps(wanted, seed, pool):
+    sizes = [min(CHUNK, wanted - done) for done in range(0, wanted, CHUNK)]
+    seeds = np.random.SeedSequence(seed).spawn(len(sizes))
     counts, started = Counter(dict.fromkeys(rik.Status, 0)), time.perf_counter()
-    with Progress() as bar, ProcessPoolExecutor(arguments.jobs) as pool:
-        task = bar.add_task("steps", total=arguments.steps)
+    with Progress() as bar:
+        task = bar.add_task("steps", total=wanted)
         for size, found in zip(sizes, pool.map(chunk, sizes, seeds)):
             counts.update(found)
             bar.update(task, advance=size)
@@ -218,5 +247,38 @@ def main():
         print(f"  {status.name.lower():<11}{count:>10,}")
 
 
+def soak_loops(wanted, seed, pool):
+    """The number of motions that shook or left the limits."""
+    sizes = [min(LOOPS, wanted - done) for done in range(0, wanted, LOOPS)]
+    counts, broken, started = Counter(), [], time.perf_counter()
+    with Progress() as bar:
+        task = bar.add_task("motions", total=wanted)
+        for size, found in zip(sizes, pool.map(loops, sizes, np.random.SeedSequence(seed).spawn(len(sizes)))):
+            counts.update(found[0])
+            broken += found[1]
+            bar.update(task, advance=size)
+    seconds = time.perf_counter() - started
+    print(
+        f"{wanted:,} motions of {len(closed_loop.ARMS)} arms in {seconds:.0f} s, {len(broken)} shook or left the limits"
+    )
+    for name, count in counts.most_common():
+        print(f"  {count:>10,} {name}")
+    print(*broken, sep="\n")
+    return len(broken)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--steps", type=int, default=1_000_000)
+    parser.add_argument("--loops", type=int, default=20_000, help="whole motions")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="processes")
+    arguments = parser.parse_args()
+    with ProcessPoolExecutor(arguments.jobs) as pool:
+        if arguments.steps:
+            soak_steps(arguments.steps, arguments.seed, pool)
+        return int(arguments.loops and soak_loops(arguments.loops, arguments.seed, pool) > 0)
+
+
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

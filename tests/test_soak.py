@@ -83,3 +83,22 @@ def test_the_soak_finds_links_that_come_too_near(monkeypatch):
     monkeypatch.setattr(rik.bounds.Bounds, "within", deaf)
     with pytest.raises(AssertionError, match="^distance"):
         soak.soak([rik.load("panda")], 3_000, seed=1)
+
+
+def test_the_soak_of_motions_counts_what_comes_to_rest_and_tells_what_shakes(monkeypatch):
+    calm = soak.closed_loop.Ending(0.0, 0.0, False, 0.0, 1.0)
+    monkeypatch.setattr(soak.closed_loop, "run", lambda draw, **_: calm)
+    assert soak.loops(3, 0) == ({"arrived": 3}, [])
+    outside = dataclasses.replace(calm, error=1.0, outside=1e-6)
+    monkeypatch.setattr(soak.closed_loop, "run", lambda draw, **_: outside)
+    counts, broken = soak.loops(20, 0)
+    assert counts == {"rest elsewhere": 20}
+    assert broken
+    assert all("outside by 1e-06" in each for each in broken)
+    shaking = dataclasses.replace(calm, chatters=True)
+    monkeypatch.setattr(soak.closed_loop, "run", lambda draw, **_: calm if draw.surroundings == "none" else shaking)
+    counts, broken = soak.loops(3, 0)
+    assert not counts
+    assert len(broken) == 3
+    monkeypatch.setattr(soak.closed_loop, "run", lambda draw, **_: shaking)
+    assert soak.loops(3, 0)[1] == []
