@@ -80,6 +80,7 @@ from robust_ik.pose_ik import PoseResult as PoseResult
 from robust_ik.pose_ik import PoseResults as PoseResults
 from robust_ik.pose_ik import PoseSolver as PoseSolver
 from robust_ik.pose_ik import PoseStatus as PoseStatus
+from robust_ik.reaching import Reach as Reach
 from robust_ik.resolution import LevelResult as LevelResult
 from robust_ik.resolution import Resolution as Resolution
 from robust_ik.resolution import Status as Status

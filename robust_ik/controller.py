@@ -23,6 +23,7 @@ from robust_ik.resolvers.verdict import reductions, verdict
 from robust_ik.robot import Robot
 from robust_ik.scales import chosen_length_scale
 from robust_ik.tasks import Stack, Task, checked_stack
+from robust_ik.tasks.base import Drive, Moment
 from robust_ik.units import Units
 
 ATTEMPTS = 4
@@ -89,6 +90,7 @@ class VelocityController:
             raise InputError(f"qdot must be the velocities of one configuration, got shape {start.shape}")
         self.qdot = start.copy()
         self._driver: Resolver | None = None
+        self._drives: dict[tuple[int, int], Drive] = {}
 
     def step(self, q: ArrayLike, stack: Stack | Task, dt: float) -> Resolution:
         """Joint velocities for the step from q.
@@ -112,7 +114,8 @@ class VelocityController:
         dt = checked_parameter("dt", dt, above=0)
         if self._driver is None:
             self._driver = self.resolver.begin(dt)
-        resolution = self._resolved(q, self._problem(q, checked_stack(stack), dt), dt)
+        problem = self._problem(q, checked_stack(stack), dt)
+        resolution = self._within_shares(q, problem, self._resolved(q, problem, dt))
         self.qdot = resolution.qdot
         return resolution
 
@@ -132,6 +135,16 @@ class VelocityController:
                 return found
             tried = replace(problem, bounds=tighter)
         return self._slowed(q, problem, found or latest, dt)
+
+    def _within_shares(self, q: Array, problem: VelocityProblem, found: Resolution) -> Resolution:
+        """The part of the motion that drives allow, as far as bounds let it be slower."""
+        share = min((drive.share(q, found.qdot) for drive in self._drives.values()), default=1.0)
+        if share >= 1:
+            return found
+        qdot = np.clip(share * found.qdot, problem.bounds.lower, problem.bounds.upper)
+        if not problem.bounds.contains(qdot):
+            return found
+        return self._verdict(problem, qdot, share * found.scale, found, np.zeros(len(problem.bounds.floor), dtype=bool))
 
     def _tightened(self, q: Array, qdot: Array, dt: float, bounds: Bounds) -> Bounds | None:
         """What a limit asks for more, if one does."""
@@ -166,15 +179,27 @@ class VelocityController:
         return self._units.resolution(problem, answer)
 
     def _problem(self, q: Array, stack: Stack, dt: float) -> VelocityProblem:
-        hessian = self.resolver.needs_hessian
-        levels = tuple(
-            stacked([_checked(task, task.equation(self.robot, q, hessian=hessian), self.robot) for task in level])
-            for level in stack
-        )
         bounds = Bounds.free(self.robot.n)
         for limit in reversed(self.limits):
             bounds = bounds.within(limit.bounds(self.robot, q, self.qdot, dt))
+        drives, self._drives = self._drives, {}  # those of tasks that are not asked for any more end
+        for place in ((i, j) for i, level in enumerate(stack) for j in range(len(level))):
+            task, drive = stack[place[0]][place[1]], drives.get(place)
+            drive = drive if drive is not None and drive.continues(task) else task.begin(self.robot, self.limits)
+            if drive is not None:
+                self._drives[place] = drive
+        levels = tuple(
+            stacked([self._equation((i, j), task, q, Moment(bounds, self.qdot, dt)) for j, task in enumerate(level)])
+            for i, level in enumerate(stack)
+        )
         return VelocityProblem(levels, bounds, dt)
+
+    def _equation(self, place: tuple[int, int], task: Task, q: Array, moment: Moment) -> TaskEquation:
+        """What the task at a place of the stack gives, by way of its drive if it has one."""
+        hessian, drive = self.resolver.needs_hessian, self._drives.get(place)
+        if drive is None:
+            return _checked(task, task.equation(self.robot, q, hessian=hessian), self.robot)
+        return _checked(task, drive.equation(task, q, moment, hessian=hessian), self.robot)
 
 
 def as_resolver(given: Resolver | RobustInverse | None) -> Resolver:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import abc
 import reprlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from robust_ik.bounds import Bounds
 from robust_ik.checks import Array
@@ -39,6 +40,18 @@ class Limit(abc.ABC):
             bounds: What q̇ was found in: those of this limit among them.
         """
         return None
+
+    def spare(self, robot: Robot, q: Array, within: float) -> Mapping[Any, float]:  # noqa: ARG002
+        """How far q is from what this limit forbids, for plans: m by name, negative for what is forbidden.
+
+        Only of limits that forbid configurations otherwise than by the positions of joints.
+
+        Args:
+            robot: The robot.
+            q: Configuration, (nq,).
+            within: m; what is further away is left out.
+        """
+        return {}
 
 
 def checked_limits(limits: Sequence[Limit] | Limit) -> tuple[Limit, ...]:

@@ -186,6 +186,12 @@ class CollisionLimit(Limit):
         more = np.array([OVER * short[cause] / dt if cause in short else -np.inf for cause in bounds.row_cause])
         return replace(bounds, floor=np.maximum(bounds.floor, rate + more))
 
+    def spare(self, robot: Robot, q: Array, within: float) -> dict[int, float]:
+        """How far pairs of solids are from being too near; see `Limit.spare`."""
+        self._check(robot)
+        contacts = self._scene.contacts(robot, q, within=self.distance + within)
+        return {index: there.distance - self.distance for index, there in contacts}
+
     def _may_bend(self, robot: Robot, q: Array, qdot: Array, dt: float, bounds: Bounds) -> bool:
         """Whether something is too near, or so near that a step could make it so."""
         ours = np.array([cause.endswith(OURS) for cause in bounds.row_cause], dtype=bool)

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import abc
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
-from robust_ik.checks import checked_parameter
+from robust_ik.bounds import Bounds
+from robust_ik.checks import Array, checked_parameter
 from robust_ik.problem import TaskEquation
 from robust_ik.robot import Robot
+
+if TYPE_CHECKING:
+    from robust_ik.limits import Limit
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +54,15 @@ class Task(abc.ABC):
         for name, value in values.items():
             object.__setattr__(self, name, value)
 
+    def begin(self, robot: Robot, limits: Sequence[Limit]) -> Drive | None:  # noqa: ARG002
+        """What drives this task in one run of a controller; None, as of most tasks, where nothing is remembered.
+
+        Args:
+            robot: The robot.
+            limits: What the controller respects.
+        """
+        return None
+
     @abc.abstractmethod
     def equation(self, robot: Robot, q: ArrayLike, *, hessian: bool = False) -> TaskEquation:
         """J q̇ = ẋ at q.
@@ -62,3 +76,46 @@ class Task(abc.ABC):
             FrameNotFoundError: The robot has no frame or joint of that name.
             InputError: The task does not fit the robot.
         """
+
+
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """What a controller knows at a step besides the configuration.
+
+    Attributes:
+        bounds: What q̇ must respect.
+        previous: The joint velocities of the step before, (n,).
+        dt: Length of the step, s.
+    """
+
+    bounds: Bounds
+    previous: Array
+    dt: float
+
+
+class Drive(abc.ABC):
+    """A task that remembers, in one run of a controller. Tasks that stand in its place later on go on with it."""
+
+    @abc.abstractmethod
+    def continues(self, task: Task) -> bool:
+        """Whether a task that stands in the place now is this one, with another target perhaps."""
+
+    @abc.abstractmethod
+    def equation(self, task: Any, q: Array, moment: Moment, *, hessian: bool) -> TaskEquation:
+        """J q̇ = ẋ of the next step, in the place of `Task.equation`.
+
+        Args:
+            task: The task as it is now.
+            q: Configuration, (nq,).
+            moment: What else is known.
+            hessian: As for `Task.equation`.
+        """
+
+    def share(self, q: Array, qdot: Array) -> float:  # noqa: ARG002
+        """The share of a step's motion, in [0, 1], that the task allows; by default all of it.
+
+        Args:
+            q: Configuration, (nq,).
+            qdot: The joint velocities of the step, (n,).
+        """
+        return 1.0

@@ -49,7 +49,7 @@ PLUMBING = {
 """Types that only parts of the package pass to each other, or whoever writes a new part."""
 PIECES = {"inverse_of", "factors", "squared_damping", "level", "levels", "damping_for", "peak", "gains_of"}
 """Methods that are parts of a method's own formula."""
-PLUG_IN = PIECES | {"bounds", "formula", "equation", "feed", "begin", "velocity", "motion", "limit", "resolve"}
+PLUG_IN = PIECES | {"bounds", "spare", "formula", "equation", "feed", "begin", "velocity", "motion", "limit", "resolve"}
 """Methods that the package calls, with what it has checked already."""
 WORK = {
     "starts",

@@ -73,7 +73,8 @@ def any_task(robot: rik.Robot, rng: Rng) -> rik.Task:
         case 3:
             return rik.OrientationTask(target[:3, :3], gain, frame=frame, rows=angular)
         case 4 | 5:
-            return rik.FrameTask(target, gain, frame=frame, rows=any_rows(rng, ("x", "y", "z", "wx", "wy", "wz")))
+            kind = rik.Reach if linear else rik.FrameTask
+            return kind(target, gain, frame=frame, rows=any_rows(rng, ("x", "y", "z", "wx", "wy", "wz")))
         case 6:
             return rik.TwistTask(rng.normal(size=6) * rng.choice([1e-9, 0.1, 100.0]), frame=frame)
         case 7:
