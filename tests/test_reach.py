@@ -335,6 +335,18 @@ def test_simulation_and_comparison_take_it():
         assert_allclose(run.target[0], target)
 
 
+def test_a_path_is_followed_with_it():
+    robot = rik.load("ur5")
+    start = robot.pose(robot.configuration([0.2, -1.3, 1.6, -1.0, 1.2, 0.0]))
+    follow = rik.Follow(rik.Line(start, start[:3, 3] + [0.0, 0.1, 0.0], 0.05), task=rik.Reach, feedforward=True, **CAPS)
+    assert isinstance(follow(0.0)[0][0], rik.Reach)
+    run = rik.simulate(robot, None, follow, robot.solve_pose(start, robot.rest).q, duration=2.5, dt=DT)
+    assert run.position_error.max() < 2e-3
+    for wrong in (rik.PositionTask, rik.Reach(start), "Reach"):
+        with pytest.raises(rik.InputError, match="task must be FrameTask or Reach"):
+            rik.Follow(lambda time: start, task=wrong)
+
+
 def test_levels_below_have_what_it_leaves_once_it_has_arrived():
     robot, target = everyday()
     q = robot.solve_pose(target, robot.rest).q

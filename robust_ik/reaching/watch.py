@@ -31,7 +31,7 @@ class Noise:
 
 
 class Servo:
-    """A servo's error, in m and rad times a length, and how fast it falls by what the robot does, the target aside."""
+    """A servo: what it misses, in m and rad times a length, and how fast the robot does what it asks for."""
 
     def __init__(self, robot: Robot, longest_start: float) -> None:
         """A watch that begins.
@@ -57,7 +57,7 @@ class Servo:
             self.elapsed += dt
             self.steps += 1
         self.error, self.asked = size(equation.error * units), size(equation.xdot * units)
-        direction = equation.error * units / max(self.error, 1e-300)
+        direction = equation.xdot * units / max(self.asked, 1e-300)
         self._last = q.copy(), (direction * units) @ equation.J
 
     @property
@@ -67,7 +67,7 @@ class Servo:
 
     @property
     def rate(self) -> float:
-        """How fast the error fell, m/s."""
+        """How fast the frame went where it was asked to, m/s."""
         return self.gained / self.elapsed
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import reprlib
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -38,6 +39,7 @@ class Follow:
         rows: See `FrameTask`.
         reference: See `FrameTask`.
         weight: See `Task`.
+        task: What keeps the frame there: `FrameTask`, or a kind of it, such as `Reach`.
     """
 
     path: Path
@@ -50,6 +52,7 @@ class Follow:
     rows: tuple[str, ...] | None = field(default=None, kw_only=True)
     reference: str = field(default="world axes", kw_only=True)
     weight: float = field(default=1.0, kw_only=True)
+    task: type[FrameTask] = field(default=FrameTask, kw_only=True)
     _task: FrameTask = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -59,7 +62,9 @@ class Follow:
             raise InputError(
                 f"feedforward must be True or False, got {self.feedforward!r}; the twist is the path's own"
             )
-        task = FrameTask(
+        if not (isinstance(self.task, type) and issubclass(self.task, FrameTask)):
+            raise InputError(f"task must be FrameTask or Reach, got {reprlib.repr(self.task)}")
+        task = self.task(
             np.eye(4),
             gain=self.gain,
             max_linear=self.max_linear,
