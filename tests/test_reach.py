@@ -315,8 +315,10 @@ def test_a_task_that_was_left_out_for_a_step_begins_anew():
     robot = rik.load("z1")
     q, target = pairs(robot, 1)[0]
     reach, controller = rik.Reach(target, **CAPS), rik.VelocityController(robot)
-    for _ in range(60):
+    for _ in range(300):
         q = robot.integrate(q, DT * controller.step(q, reach, DT).qdot)
+        if reach.state.startswith("going round"):
+            break
     assert reach.state.startswith("going round")
     controller.step(q, rik.DampingTask(), DT)
     controller.step(q, reach, DT)
@@ -348,13 +350,12 @@ def test_a_path_is_followed_with_it():
 
 
 def test_levels_below_have_what_it_leaves_once_it_has_arrived():
-    robot, target = everyday()
-    q = robot.solve_pose(target, robot.rest).q
-    stack = [[rik.Reach(target, **CAPS)], [rik.JointTask(robot.joint_names[0], 0.3, gain=2.0)]]
-    run = rik.simulate(robot, None, stack, q, duration=3, dt=DT)
+    robot = rik.load("panda")
+    stack = [[rik.Reach(robot.pose(robot.rest), **CAPS)], [rik.JointTask("panda_joint3", 0.3, gain=2.0)]]
+    run = rik.simulate(robot, None, stack, robot.rest, duration=3, dt=DT)
     assert stack[0][0].state == "arrived"
     assert np.linalg.norm(run.final_error) < 1e-3
-    assert abs(run.final_q[0] - 0.3) < abs(run.q[0, 0] - 0.3) or abs(run.final_q[0] - 0.3) < 1e-2
+    assert_allclose(run.final_q[2], 0.3, atol=1e-2)
 
 
 @pytest.mark.parametrize(

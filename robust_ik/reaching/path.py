@@ -22,6 +22,8 @@ BRAKING = 0.8
 """Of the acceleration limits, the share that is planned with."""
 LANDING = 2.0
 """Steps in which an arm without acceleration limits would be at its goal: so it comes to rest in more than one."""
+AT_ONCE = 1e6
+"""1/s; the speed of what has no way to go."""
 STILL = 1e-12
 """rad or m: joints that go less far do not move."""
 
@@ -107,8 +109,6 @@ class Path:
 
     def _seconds(self, leg: int) -> float:
         s, speed = self.profiles[leg]
-        if len(s) < 2:
-            return 0.0
         hurry = self._hurry(leg)
         if np.isfinite(hurry):  # from rest
             speed = np.minimum(speed, np.sqrt(2 * hurry * s))
@@ -129,7 +129,7 @@ class Path:
         way, robot = self.way(leg), self.space.robot
         moving = np.abs(way) > STILL
         if not moving.any():
-            return np.ones(1), np.zeros(1)
+            return np.array([0.0, 1.0]), np.full(2, AT_ONCE)
         count = int(np.clip(np.abs(way).max() / FINE, LEAST_SAMPLES, MOST_SAMPLES)) + 1
         s = np.linspace(0.0, 1.0, count)
         q = robot.configuration(self.points[leg] + s[:, None] * way)
