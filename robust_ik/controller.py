@@ -31,6 +31,9 @@ ATTEMPTS = 4
 SHARES = (0.5, 0.25, 0.1, 0.03, 0.01, 0.0)
 """How much of its speed is left to a step that no resolving makes keep its limits."""
 
+SLOWER = 20
+"""How often a step is made slower that its tasks do not allow."""
+
 
 class VelocityController:
     """Turns a stack of tasks into joint velocities that respect limits, step after step.
@@ -138,13 +141,16 @@ class VelocityController:
 
     def _within_shares(self, q: Array, problem: VelocityProblem, found: Resolution) -> Resolution:
         """The part of the motion that drives allow, as far as bounds let it be slower."""
-        share = min((drive.share(q, found.qdot) for drive in self._drives.values()), default=1.0)
-        if share >= 1:
+        qdot, bounds, kept = found.qdot, problem.bounds, 1.0
+        for _ in range(SLOWER):  # joints that acceleration limits hold cannot be slower: then the others are
+            share = min((drive.share(q, qdot) for drive in self._drives.values()), default=1.0)
+            slower = np.clip(share * qdot, bounds.lower, bounds.upper)
+            if share >= 1 or not bounds.contains(slower):
+                break
+            qdot, kept = slower, share * kept
+        if kept == 1.0:
             return found
-        qdot = np.clip(share * found.qdot, problem.bounds.lower, problem.bounds.upper)
-        if not problem.bounds.contains(qdot):
-            return found
-        return self._verdict(problem, qdot, share * found.scale, found, np.zeros(len(problem.bounds.floor), dtype=bool))
+        return self._verdict(problem, qdot, kept * found.scale, found, np.zeros(len(bounds.floor), dtype=bool))
 
     def _tightened(self, q: Array, qdot: Array, dt: float, bounds: Bounds) -> Bounds | None:
         """What a limit asks for more, if one does."""
