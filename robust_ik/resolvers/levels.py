@@ -88,7 +88,7 @@ class PriorityResolver(InverseResolver):
         object.__setattr__(begun, "_eased", tuple(Eased(self.limiter, dt) for _ in range(MAX_MEMORIES)))
         return begun
 
-    def limiter_of(self, level: int) -> Limiter:
+    def _limiter_of(self, level: int) -> Limiter:
         """The limiter of a level, from 0."""
         return self._eased[level] if level < len(self._eased) else self.limiter
 
@@ -108,7 +108,7 @@ class PriorityResolver(InverseResolver):
             motion = freedom.project(self.motion(settled))
             reach = problem.dt * length(settled.missing)
             wish = Wish(qdot, motion, reduced[-1], freedom, bounds, reach)
-            change, scale = self.limiter_of(index).limit(wish)
+            change, scale = self._limiter_of(index).limit(wish)
             qdot = np.clip(qdot + change, bounds.lower, bounds.upper)
             scales.append(scale)
             aims.append(qdot)
