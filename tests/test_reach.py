@@ -109,6 +109,14 @@ def test_with_acceleration_limits_it_arrives_and_keeps_them(name):
         assert np.abs(np.diff(run.qdot, axis=0, prepend=0)).max() <= 6.0 * DT + 1e-9
 
 
+def test_caps_hold_where_acceleration_limits_let_some_joints_be_no_slower():
+    robot = rik.load("panda")
+    q0, target = pairs(robot, 10, seed=15)[9]
+    limits = [rik.JointLimits.of(robot, acceleration=5.0)]
+    run = Run(robot, q0, target, limits, dt=0.01, seconds=1.6, max_linear=0.05, max_angular=0.2)
+    assert max(run.over) <= 1e-9
+
+
 def everyday():
     """A Panda at rest, whose hand is to go back and down, towards its base."""
     robot = rik.load("panda")
