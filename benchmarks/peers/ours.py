@@ -5,6 +5,7 @@ from __future__ import annotations
 import robust_ik as rik
 
 METHODS: dict[str, rik.Resolver] = {
+    "Sliding()": rik.TaskPriority(rik.JParse(), rik.Sliding()),
     "Saturation()": rik.TaskPriority(rik.JParse(), rik.Saturation()),
     "Scaling()": rik.TaskPriority(rik.JParse(), rik.Scaling()),
     "QuadraticProgram(keep_direction=True)": rik.TaskPriority(rik.JParse(), rik.QuadraticProgram(keep_direction=True)),
