@@ -79,7 +79,7 @@ def answer(contender: Contender, loop: Loop, label: str) -> Answer:
     folder = environments.CACHE.parent / "closed_loop"
     folder.mkdir(parents=True, exist_ok=True)
     arrays = [np.asarray(value).tobytes() for value in vars(loop).values()]
-    made = _digest(*arrays, repr(contender.options).encode(), _sources(contender.script))
+    made = _digest(*arrays, repr(told(contender)).encode(), _sources(contender.script))
     kept = folder / f"{label}-{contender.script}-{made.hex()[:16]}.json"
     if kept.is_file():
         return Answer(**json.loads(kept.read_text(encoding="utf-8")))
@@ -97,13 +97,18 @@ def answer(contender: Contender, loop: Loop, label: str) -> Answer:
     return found
 
 
+def told(contender: Contender) -> tuple[object, ...]:
+    """The options of its script; a method of ours itself and not only its name."""
+    return tuple(METHODS.get(option, option) for option in contender.options)
+
+
 @cache
 def _sources(script: str) -> bytes:
     """A digest of all that decides how a contender runs."""
     scripts = environments.SCRIPTS
     files = [scripts / "loops.py", scripts / "looping.py", scripts / f"{script}_loop.py"]
     if script == "robust_ik":
-        files += [scripts / "ours.py", *sorted(Path(rik.__file__).parent.rglob("*.py"))]
+        files += sorted(Path(rik.__file__).parent.rglob("*.py"))
     else:
         files.append(scripts / f"requirements-{script}.txt")
     return _digest(*(path.read_bytes() for path in files if path.is_file()))

@@ -11,7 +11,6 @@ METHODS: dict[str, rik.Resolver] = {
     "QuadraticProgram(keep_direction=True)": rik.TaskPriority(rik.JParse(), rik.QuadraticProgram(keep_direction=True)),
     "QuadraticProgram()": rik.TaskPriority(rik.JParse(), rik.QuadraticProgram()),
     "DampedLeastSquares(0.05)": rik.TaskPriority(rik.DampedLeastSquares(0.05)),
-    "DecoupledPriority()": rik.DecoupledPriority(),
     "TaskReconstruction()": rik.TaskReconstruction(),
     "WeightedPriority()": rik.WeightedPriority(),
 }
