@@ -34,6 +34,7 @@ RECORDS = {
     "SingularityAtlas", "WorkspaceMap", "Cells", "PairDistance", "IgnoredPair", "PoseSolver", "Robot", "CollisionLimit",
     "JointLimits", "Ablation", "Card", "Jump", "TrackingReport", "Comparison", "Leaf", "Place", "Proof", "Relation",
     "Box", "Sphere", "Cylinder", "Verdict", "DrawnRobot", "MissingMesh", "Certificate",
+    "Standstill",
 }  # fmt: skip
 """What the package makes and hands out; their constructors are for it alone."""
 
@@ -152,6 +153,7 @@ SAMPLES = {
     "robot": lambda: small(),
     "inverse": lambda: rik.DampedLeastSquares(),
     "resolver": lambda: rik.JParse(),
+    "controller": lambda: rik.VelocityController(small()),
     "scenarios": lambda: short_scenario(),
     "scenario": lambda: "xarm7_line",
     "methods": lambda: {"a": rik.JParse()},
