@@ -14,7 +14,7 @@ _SAMPLES, _STARTS, _ITERATIONS = 500, 12, 200
 
 
 @dataclass(frozen=True, eq=False)
-class Reach:
+class ArmReach:
     """The farthest the tip was found from the first joint that turns.
 
     Attributes:
@@ -28,7 +28,7 @@ class Reach:
     q: Array
 
 
-def find_reach(robot: Robot, rng: np.random.Generator | None = None) -> Reach:
+def find_reach(robot: Robot, rng: np.random.Generator | None = None) -> ArmReach:
     """The reach of the tip, by gradient ascent of the distance from the best of many random configurations.
 
     Joints that slide without a stated limit stay where the sampling put them, within 1 m of zero.
@@ -45,7 +45,7 @@ def find_reach(robot: Robot, rng: np.random.Generator | None = None) -> Reach:
     order = np.argsort(-np.linalg.norm(robot.pose(samples)[:, :3, 3] - center, axis=-1))
     found = [_ascend(robot, samples[index], center) for index in order[:_STARTS]]
     distance, q = max(found, key=lambda pair: pair[0])
-    return Reach(center, distance, q)
+    return ArmReach(center, distance, q)
 
 
 def _first_turning_joint(robot: Robot) -> str:

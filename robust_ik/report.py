@@ -13,7 +13,7 @@ from robust_ik.catalog import Entry
 from robust_ik.description import Mesh
 from robust_ik.inverses import RobustInverse
 from robust_ik.linalg import condition_number, svd
-from robust_ik.reach import Reach, find_reach
+from robust_ik.reach import ArmReach, find_reach
 from robust_ik.robot import Robot
 from robust_ik.safe_text import plain, visible
 from robust_ik.trajectory import Trajectory
@@ -175,7 +175,7 @@ def _facts(robot: Robot) -> Iterable[tuple[str, str]]:
         yield "notes", "\n".join([*shown, *([f"… and {more} more"] if more > 0 else [])])
 
 
-def _tip_facts(robot: Robot, reach: Reach) -> Iterable[tuple[str, str]]:
+def _tip_facts(robot: Robot, reach: ArmReach) -> Iterable[tuple[str, str]]:
     J = robot.jacobian(robot.rest)
     s = svd(J).s
     condition = float(condition_number(J))

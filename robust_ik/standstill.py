@@ -31,7 +31,8 @@ class Standstill:
         held: The limits that stand in the way: "panda_joint4 position", "hand - table distance".
         sigma: Singular values of the first level's Jacobian, (k,), descending.
         saturated: The same without the motions that the limits hold, (k',).
-        lost: The task direction that these lose and the task asks for most, (m,), a unit vector; None if none is lost.
+        lost: The task direction along which these give next to nothing (σ ≤ LOST σ₁) and the task asks for most, (m,),
+            a unit vector along the axes of the task's rows; None if there is none.
         asked: The share of the wish along it, in [0, 1].
         rows: Names of the task rows, m strings.
         reachable: Whether `solve_pose` reaches the target within joint limits; None where the first level is not one
@@ -60,7 +61,7 @@ class Standstill:
         largest = np.argsort(-np.abs(self.lost))[:3]
         words = ", ".join(f"{self.rows[i]} {self.lost[i]:+.2f}" for i in largest if abs(self.lost[i]) > LOST)
         what = "the other joints" if self.held else "the joints"
-        return f"There {what} cannot move the tool along ({words}): {self.asked:.0%} of the wish."
+        return f"There {what} can hardly move the tool along ({words}): {self.asked:.0%} of the wish."
 
     def _way_on(self) -> str:
         if self.nearest is None:

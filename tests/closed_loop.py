@@ -13,6 +13,7 @@ import numpy as np
 import robust_ik as rik
 from robust_ik.description import Box
 from robust_ik.limits import HalfSpace, Obstacle
+from tests.cases_resolvers import LIMITERS
 
 ARMS = {
     "xarm7": {},
@@ -37,13 +38,6 @@ NOISE, LAG = 1e-4, 0.02
 """Standard deviation of what is measured, rad; time constant of what is driven, s."""
 REST = 1e-3
 """Joint speeds below this are rest, rad/s or m/s."""
-LIMITERS = [
-    rik.Sliding(),
-    rik.Saturation(),
-    rik.QuadraticProgram(),
-    rik.QuadraticProgram(keep_direction=True),
-    rik.Scaling(),
-]
 INVERSES = [rik.JParse(), rik.DampedLeastSquares(0.1), rik.Chiaverini()]
 
 

@@ -14,10 +14,9 @@ from robust_ik.problem import TaskEquation, VelocityProblem
 from robust_ik.resolvers import active_set
 from robust_ik.resolvers.feasible import feasible_start
 from robust_ik.resolvers.filtered import filtered_motion
+from robust_ik.resolvers.fitting import TURN, Wish
 from robust_ik.resolvers.freedom import Freedom
-from robust_ik.resolvers.limiters import Wish
 from robust_ik.resolvers.motion_cost import PRICE
-from robust_ik.resolvers.quadratic_program import TURN
 from tests.cases_resolvers import BOXES, named_box, random_problem
 
 SCALING, SATURATION, SLIDING = rik.Scaling(), rik.Saturation(), rik.Sliding()
@@ -168,6 +167,21 @@ def test_locked_joints_stop_nothing_that_does_not_need_them(rng):
                 assert step.status is rik.Status.TRACKING
 
 
+def test_sliding_gives_all_where_keeping_the_direction_does_and_else_no_less_than_it():
+    seen = {True: 0, False: 0}
+    for wish in wishes(200, seed=6):
+        value = wish.motion @ metric(wish)
+        kept, share = SATURATION.limit(wish)
+        slid, given = SLIDING.limit(wish)
+        assert inside(wish, slid)
+        if wish.bounds.fastest is None:  # slower at speed limits
+            assert value @ slid >= value @ kept - 1e-9 * (1 + abs(value @ wish.motion))
+        seen[share == 1] += 1
+        if share == 1:
+            assert_allclose(given, 1, atol=1e-6)
+    assert min(seen.values()) > 50
+
+
 def test_other_joints_take_over_where_several_stop_the_motion_at_once():
     J = np.array([[1.0, 2, -2, -2], [0, 0, 1, -1]])
     box = named_box([-9.0, 0, 0, -9], [0.0, 0, 0, 9])
@@ -192,15 +206,14 @@ def test_what_is_released_still_counts_as_the_levels_own_motion(rng):
 def test_other_joints_take_over_all_of_the_wish_or_all_but_the_price():
     J = np.array([[1.0, 1.0]])
     problem = VelocityProblem((TaskEquation(J, np.ones(1), np.ones(1)),), named_box([-1.0, -1.0], [0.2, 1.0]))
-    for limiter in (SATURATION, DIRECTED):
+    for limiter in (SATURATION, DIRECTED, SLIDING):
         step = rik.TaskPriority(limiter=limiter).resolve(problem)
         assert step.scale == [1]
         assert step.status is rik.Status.TRACKING
         assert_allclose(step.qdot, [0.2, 0.8], atol=1e-6)
-    for limiter in (SLIDING, NEAREST):
-        step = rik.TaskPriority(limiter=limiter).resolve(problem)
-        assert 1 - PRICE < step.scale[0] < 1
-        assert_allclose(step.qdot, [0.2, 0.8], atol=PRICE)
+    step = rik.TaskPriority(limiter=NEAREST).resolve(problem)
+    assert 1 - PRICE < step.scale[0] < 1
+    assert_allclose(step.qdot, [0.2, 0.8], atol=PRICE)
     slowed = rik.TaskPriority(limiter=SCALING).resolve(problem)
     assert_allclose(slowed.scale, [0.4], atol=1e-9)
     assert slowed.status is rik.Status.SCALED

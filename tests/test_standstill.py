@@ -24,7 +24,10 @@ def test_a_joint_at_its_end_is_named_and_the_target_is_found_to_be_reachable():
     found = rik.why_stuck(rik.VelocityController(PANDA), q, stack)
     assert found.held == ("panda_joint4 position",)
     assert len(found.saturated) == 6
-    assert found.reachable is rik.load("panda").solve_pose(PANDA.pose(beyond), q, effort="thorough").solved
+    assert found.reachable
+    assert "The target can be reached, from another side" in str(found)
+    np.testing.assert_allclose(PANDA.pose(found.nearest.q), PANDA.pose(beyond), atol=1e-6)
+    assert ((found.nearest.q >= PANDA.lower) & (found.nearest.q <= PANDA.upper)).all()
     assert str(found).startswith("Held by panda_joint4 position.")
 
 
@@ -41,7 +44,7 @@ def test_a_target_out_of_reach_is_told_with_its_distance_and_what_is_lost():
     miss = np.linalg.norm(PANDA.pose(found.nearest.q)[:3, 3] - target[:3, 3])
     np.testing.assert_allclose(found.nearest.error[0], miss, rtol=1e-6)
     assert f"out of reach by {1e3 * miss:.3g} mm" in str(found)
-    assert "cannot move the tool along" in str(found)
+    assert "can hardly move the tool along" in str(found)
 
 
 def test_a_table_in_the_way_is_named():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -21,10 +21,8 @@ from robust_ik.reaching.watch import Noise, Servo, scaled, size
 from robust_ik.robot import Robot
 from robust_ik.rows import ROWS
 from robust_ik.tasks.base import Drive, Moment, Task
+from robust_ik.tasks.frame import FrameTask
 from robust_ik.tasks.posture import joint_equation
-
-if TYPE_CHECKING:
-    from robust_ik.reaching.task import Reach
 
 ARRIVED, NOISY = 1e-6, 3.0
 """m, or rad times a length, within which a target is reached; or as a multiple of what noise makes."""
@@ -78,7 +76,7 @@ class Now:
         hessian: Whether Hessians are wanted.
     """
 
-    task: Reach
+    task: FrameTask
     q: Array
     servo: TaskEquation
     moment: Moment
@@ -88,7 +86,7 @@ class Now:
 class ReachDrive(Drive):
     """Servoes, plans, goes round, or holds: one method for each, which gives an equation, or goes over to another."""
 
-    def __init__(self, robot: Robot, limits: Sequence[Limit], task: Reach) -> None:
+    def __init__(self, robot: Robot, limits: Sequence[Limit], task: FrameTask) -> None:
         """A run that begins with servoing."""
         self.robot = robot
         self._kind = type(task)
@@ -116,7 +114,7 @@ class ReachDrive(Drive):
         """See `Drive.continues`."""
         return type(task) is self._kind and (task.frame, task.rows, task.reference) == self._same
 
-    def equation(self, task: Reach, q: Array, moment: Moment, *, hessian: bool) -> TaskEquation:
+    def equation(self, task: Any, q: Array, moment: Moment, *, hessian: bool) -> TaskEquation:
         """See `Drive.equation`."""
         now = Now(task, q, task.equation(self.robot, q, hessian=hessian), moment, hessian)
         self.noise.add(q, moment.previous, moment.dt)

@@ -20,7 +20,7 @@ KEEP = 0.003
 """m that a way keeps from what is forbidden, besides."""
 LEAST_MOVE = 0.01
 """m that points of the robot may move between two looks, however near something is."""
-REACH = 0.4
+GROWTH = 0.4
 """rad or m by which a tree grows at once."""
 NODES, SHORTCUTS = 1500, 80
 """Of both trees; and tries to make a way shorter."""
@@ -102,11 +102,11 @@ class Search:
             apart = float(np.linalg.norm(towards - here))
             if apart <= FULL:
                 return index if grown is None else grown
-            there = towards if apart <= REACH else here + (towards - here) * (REACH / apart)
+            there = towards if apart <= GROWTH else here + (towards - here) * (GROWTH / apart)
             if not (yield from self.is_free(here, there)):
                 return grown
             index = grown = tree.add(there, index)
-            if once or apart <= REACH:
+            if once or apart <= GROWTH:
                 return grown
 
     def shortened(self, points: Array) -> Pieces:

@@ -16,12 +16,11 @@ from robust_ik.linalg import length
 from robust_ik.problem import TaskEquation, VelocityProblem
 from robust_ik.resolution import Resolution
 from robust_ik.resolvers.base import MAX_MEMORIES, InverseResolver
-from robust_ik.resolvers.eased import Eased
 from robust_ik.resolvers.feasible import feasible_start
+from robust_ik.resolvers.fitting import Wish
 from robust_ik.resolvers.freedom import Freedom, Reduced
-from robust_ik.resolvers.limiters import Limiter, Wish
+from robust_ik.resolvers.limiters import Eased, Limiter, Sliding
 from robust_ik.resolvers.ramp import ramped
-from robust_ik.resolvers.sliding import Sliding
 from robust_ik.resolvers.verdict import verdict
 
 
@@ -106,8 +105,8 @@ class PriorityResolver(InverseResolver):
             reduced = (*reduced, freedom.reduce(equation.J, self.release))
             settled = Settled(lasting, index, self.inverse_of(index), qdot, freedom, reduced)
             motion = freedom.project(self.motion(settled))
-            reach = problem.dt * length(settled.missing)
-            wish = Wish(qdot, motion, reduced[-1], freedom, bounds, reach)
+            stride = problem.dt * length(settled.missing)
+            wish = Wish(qdot, motion, reduced[-1], freedom, bounds, stride)
             change, scale = self._limiter_of(index).limit(wish)
             qdot = np.clip(qdot + change, bounds.lower, bounds.upper)
             scales.append(scale)

@@ -7,38 +7,17 @@ level less; it never uses what higher levels need.
 from __future__ import annotations
 
 import abc
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from robust_ik.bounds import Bounds
+import numpy as np
+
+from robust_ik.boundary import check_type
 from robust_ik.checks import Array
-from robust_ik.resolvers.freedom import Freedom, Reduced
-from robust_ik.resolvers.motion_cost import MotionCost, motion_cost
+from robust_ik.resolvers.fitting import Wish, directed, nearest, slowed
+from robust_ik.resolvers.qp import check_backend, share_of
 
-
-@dataclass(frozen=True, eq=False)
-class Wish:
-    """One level's wish and where it stands.
-
-    Attributes:
-        qdot: What higher levels have settled, inside the bounds, (n,).
-        motion: What the level's inverse wants on top, (n,), within `freedom`.
-        reduced: The level's Jacobian in `freedom`.
-        freedom: What higher levels leave.
-        bounds: What must be respected.
-        reach: Δt ‖ẋ‖: how far the level wants to go in this step; 0 where that is not known.
-    """
-
-    qdot: Array
-    motion: Array
-    reduced: Reduced
-    freedom: Freedom
-    bounds: Bounds
-    reach: float = 0.0
-
-    @property
-    def cost(self) -> MotionCost:
-        """What motions of the level cost."""
-        return motion_cost(self.reduced, self.reach)
+RISE = 0.5
+"""How long the share of a level that was stopped takes from nothing to all, s."""
 
 
 class Limiter(abc.ABC):
@@ -55,6 +34,100 @@ class Limiter(abc.ABC):
 
 
 @dataclass(frozen=True)
+class Sliding(Limiter):
+    """Where joints are too fast, the whole motion slower; where others stop it, their help, then aside.
+
+    Speed limits keep the direction and the joints' ratios, as for `Scaling`. At position limits and obstacles other
+    joints take over, as for `Saturation`; of what is left of the wish then the nearest motion is made, as for
+    `QuadraticProgram`: the arm slides along its limits, where limiters that keep the direction stop.
+    """
+
+    def limit(self, wish: Wish) -> tuple[Array, float]:
+        """See `Limiter.limit`."""
+        scaled, share = slowed(wish)
+        if share == 1:
+            return scaled, share
+        motion = self._within_speeds(wish)
+        if wish.bounds.largest_step(wish.qdot, motion) == 1:
+            return motion, share
+        kept, share = directed(replace(wish, motion=motion))
+        if share == 1:
+            return kept, share_of(wish.reduced.matrix @ wish.motion, wish.reduced.matrix @ kept)
+        aside = nearest(replace(wish, qdot=wish.qdot + kept), (1 - share) * motion)[0]
+        change = kept + aside
+        return change, share_of(wish.reduced.matrix @ wish.motion, wish.reduced.matrix @ change)
+
+    def _within_speeds(self, wish: Wish) -> Array:
+        """The motion, slower where a joint would be faster than it may be."""
+        fastest = wish.bounds.fastest
+        if fastest is None:
+            return wish.motion
+        left = np.maximum(fastest - np.sign(wish.motion) * wish.qdot, 0.0)
+        too_fast = np.abs(wish.motion) > left
+        share = np.min(left[too_fast] / np.abs(wish.motion[too_fast]), initial=1.0)
+        return np.asarray(share * wish.motion)
+
+
+@dataclass(frozen=True)
+class QuadraticProgram(Limiter):
+    """The motion inside the bounds that is nearest to the filtered one, in the metric of `motion_cost`.
+
+    Minimises ½ (q̇' − q̇)ᵀ H (q̇' − q̇) over the level's freedom, where q̇ is what the level's robust inverse wants: so
+    any inverse works inside limits, and where limits do not act, its motion is what comes out. H weighs what the level
+    gets, and prices all motion: that keeps the loop calm, and may cost the level a part of its wish where other joints
+    could take over in full, as they do for `Sliding`. Levels one after another make it strict (lexicographic).
+
+    Attributes:
+        keep_direction: Ask instead for the largest share of the motion without turning it, as `Saturation` does.
+        backend: A solver that qpsolvers knows; "daqp" comes with this package.
+
+    Source: Escande, Mansard, Wieber 2014 (hierarchical quadratic programming), on the filtered task.
+    """
+
+    keep_direction: bool = False
+    backend: str = "daqp"
+
+    def __post_init__(self) -> None:
+        check_backend(self.backend)
+        check_type("keep_direction", self.keep_direction, "bool")
+
+    @property
+    def stops(self) -> bool:
+        """Where it keeps the direction."""
+        return self.keep_direction
+
+    def limit(self, wish: Wish) -> tuple[Array, float]:
+        """See `Limiter.limit`."""
+        scaled, share = slowed(wish)
+        if share == 1:
+            return scaled, share
+        return directed(wish, self.backend) if self.keep_direction else nearest(wish, wish.motion, self.backend)
+
+
+@dataclass(frozen=True)
+class Saturation(Limiter):
+    """Saturation in the null space: joints at their bounds stay there, and the level's other joints take over.
+
+    The direction is kept, but for at most TURN of the wish. Where joints run out, or where their help would cost more
+    motion than the progress is worth, the level is slowed. It is the optimum of saturating joint after joint, with a
+    price on help: a primal active-set method without a solver's overhead, a few passes with a small QR factorisation
+    each.
+
+    Source: Flacco, De Luca, Khatib 2015 (SNS), with rows of any kind as bounds and the level's filtered motion as task.
+    """
+
+    @property
+    def stops(self) -> bool:
+        """Yes."""
+        return True
+
+    def limit(self, wish: Wish) -> tuple[Array, float]:
+        """See `Limiter.limit`."""
+        scaled, share = slowed(wish)
+        return (scaled, share) if share == 1 else directed(wish)
+
+
+@dataclass(frozen=True)
 class Scaling(Limiter):
     """The whole motion slower, as much as the tightest bound asks. Keeps the direction; uses no redundancy."""
 
@@ -65,5 +138,30 @@ class Scaling(Limiter):
 
     def limit(self, wish: Wish) -> tuple[Array, float]:
         """See `Limiter.limit`."""
-        scale = wish.bounds.largest_step(wish.qdot, wish.motion)
-        return scale * wish.motion, scale
+        return slowed(wish)
+
+
+class Eased(Limiter):
+    """Another limiter's motion, slower for a moment after limits have slowed it.
+
+    A limiter that keeps the direction lets a joint at its end stop all others as soon as it is asked to go on, by ever
+    so little. Noise of what is measured then asks it every few steps, and the arm would start and stop for ever.
+
+    Attributes:
+        limiter: The other one.
+        share: What it gave last.
+    """
+
+    def __init__(self, limiter: Limiter, dt: float) -> None:
+        self.limiter = limiter
+        self.share = 1.0
+        self._rise = dt / RISE
+
+    def limit(self, wish: Wish) -> tuple[Array, float]:
+        """See `Limiter.limit`."""
+        change, share = self.limiter.limit(wish)
+        most = self.share + self._rise
+        if share > most:
+            change, share = change * (most / share), most
+        self.share = share
+        return change, share

@@ -10,8 +10,9 @@ and σ² is over the floor,
 no joint moves but for progress. Where ẋ is minus the gradient of a potential of the error, as it is of every task that
 feeds its error back, progress makes that potential fall: where P = 1, by at least Δt (q̇ᵀ H q̇ − ½ Δt q̇ᵀ B q̇) in a step,
 B being the curvature of the potential. With H > ½ Δt B it falls until the arm rests, whichever bounds act in whichever
-step. Of B, the part Jᵀ J is below H; the rest is at most about ‖ẋ‖ σ₁ along any motion. So the floor is
-σ₁² PRICE + Δt ‖ẋ‖ σ₁.
+step. Of B, the part Jᵀ J is below H; the rest, ẋ · ∂J along q̇ twice, is below 2 ‖ẋ‖ σ₁ ‖q̇‖² for arms of usual
+proportions, as a test shows on a dozen. So the floor is σ₁² PRICE + Δt ‖ẋ‖ σ₁. In general P is not 1, and this is no
+proof; whole motions are run and watched instead, see `make soak`.
 
 Without a floor a motion that makes next to no progress would cost next to nothing: near the singularities of the arm
 without the joints that are held, full joint speed would be spent on a ten-thousandth of the wish, forth and back.
@@ -50,17 +51,17 @@ class MotionCost:
         return float(self.weights[self.rank]) if self.rank < len(self.weights) else PRICE
 
 
-def motion_cost(reduced: Reduced, reach: float = 0.0) -> MotionCost:
+def motion_cost(reduced: Reduced, stride: float = 0.0) -> MotionCost:
     """The cost of a level's motions.
 
     Args:
         reduced: What the level's Jacobian can do in what is left to it.
-        reach: Δt ‖ẋ‖: how far the level wants to go in this step.
+        stride: Δt ‖ẋ‖: how far the level wants to go in this step, in the units of its rows.
     """
     rank, largest = reduced.rank, reduced.sigma_max if len(reduced.own) else 0.0
     directions = np.column_stack([reduced.motions.T, reduced.idle])
     if rank == 0 or largest == 0.0:
         return MotionCost(directions, np.ones(directions.shape[1]), 0)
-    floor = min(1.0, PRICE + reach / largest)
+    floor = min(1.0, PRICE + stride / largest)
     squares = np.r_[(reduced.s[:rank] / largest) ** 2, np.zeros(reduced.idle.shape[1])]
     return MotionCost(directions, np.clip(squares, floor, 1.0), rank)

@@ -13,8 +13,9 @@ import numpy as np
 from robust_ik.bounds import Bounds
 from robust_ik.checks import Array
 from robust_ik.resolvers.feasible import feasible_start
+from robust_ik.resolvers.fitting import Wish, slowed
 from robust_ik.resolvers.freedom import Freedom, Reduced
-from robust_ik.resolvers.limiters import Limiter, Scaling, Wish
+from robust_ik.resolvers.limiters import Limiter
 
 
 def ramped(
@@ -44,7 +45,7 @@ def ramped(
         shares.append(1.0 if share == 1 else _share(level.matrix, aim, start, qdot))
         freedom = Freedom(level.below)
     # What no level asks for, each joint by itself would disturb the levels: all together.
-    change, _ = Scaling().limit(Wish(qdot, freedom.project(aims[-1] - qdot), reduced[-1], freedom, bounds))
+    change, _ = slowed(Wish(qdot, freedom.project(aims[-1] - qdot), reduced[-1], freedom, bounds))
     return np.clip(qdot + change, bounds.lower, bounds.upper), shares, bounds.contradictions
 
 

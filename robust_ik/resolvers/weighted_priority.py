@@ -80,12 +80,9 @@ class WeightedPriority(InverseResolver):
         n = len(problem.bounds.lower)
         whole, metric, largest = Freedom.whole(n), np.zeros((n, n)), 0.0
         for level, equation in enumerate(problem.levels):
-            reach = problem.dt * length(equation.xdot)
             reduced = whole.reduce(equation.J)
-            cost, size = (
-                motion_cost(reduced, reach),
-                self.weight_of(level) * reduced.own[0] ** 2,
-            )
+            cost = motion_cost(reduced, problem.dt * length(equation.xdot))
+            size = self.weight_of(level) * reduced.own[0] ** 2
             moving = cost.directions[:, : cost.rank]
             metric += size * (moving * cost.weights[: cost.rank]) @ moving.T
             largest = max(largest, size * cost.floor)

@@ -1,4 +1,4 @@
-"""Reach for a point out of reach, and come back: the motion of the demo, for any arm."""
+"""ArmReach for a point out of reach, and come back: the motion of the demo, for any arm."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from robust_ik.inverses import RobustInverse
 from robust_ik.limits import JointLimits
 from robust_ik.linalg import RANK_TOLERANCE, singular_values, svd
 from robust_ik.paths import OutAndBack
-from robust_ik.reach import Reach, find_reach
+from robust_ik.reach import ArmReach, find_reach
 from robust_ik.robot import Robot
 from robust_ik.rows import always_deficient, movable_rows
 from robust_ik.simulation import simulate
@@ -53,7 +53,7 @@ class Stretch:
     robot: Robot
     q0: Array
     path: OutAndBack
-    reach: Reach
+    reach: ArmReach
     max_linear: float
     gain: float = 5.0
     max_angular: float = 0.5
@@ -155,7 +155,7 @@ def feasible_rows(robot: Robot, rng: np.random.Generator) -> tuple[str, ...]:
     return movable_rows(robot.rows, deficient)
 
 
-def _start(robot: Robot, reach: Reach, rng: np.random.Generator) -> Array:
+def _start(robot: Robot, reach: ArmReach, rng: np.random.Generator) -> Array:
     """The robot's rest if it is well-conditioned and not stretched, else the best of many half-stretched samples."""
     rested = float(_conditioning(robot, robot.rest)) > _WELL_CONDITIONED
     if rested and np.any(robot.joint_values(robot.rest)) and _stretched(robot, reach, robot.rest) < _HALF_STRETCHED:
@@ -165,7 +165,7 @@ def _start(robot: Robot, reach: Reach, rng: np.random.Generator) -> Array:
     return np.asarray(samples[int(np.argmax(_conditioning(robot, samples) - 10.0 * too_far))])
 
 
-def _stretched(robot: Robot, reach: Reach, q: Array) -> Array:
+def _stretched(robot: Robot, reach: ArmReach, q: Array) -> Array:
     """Distance of the tip from the shoulder as a share of the reach."""
     return np.asarray(np.linalg.norm(robot.pose(q)[..., :3, 3] - reach.center, axis=-1) / reach.distance)
 
