@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import robust_ik as rik
+from robust_ik.bounds import Bounds
 from robust_ik.limits import CollisionLimit, JointLimits
 from robust_ik.problem import TaskEquation, VelocityProblem
 from robust_ik.resolvers.fitting import Wish
@@ -69,13 +70,17 @@ STEEPEST = {True: 5e4, False: 300.0}
 """|Δq̇| over |Δq| + |Δx|, 1/s: of limiters that keep the direction as long as they can, and of the others."""
 
 
-@pytest.mark.parametrize("limiter", CALM, ids=repr)
+RESOLVERS = [rik.TaskPriority(limiter=each) for each in CALM] + [rik.WeightedPriority()]
+
+
+@pytest.mark.parametrize("resolver", RESOLVERS, ids=repr)
 @pytest.mark.parametrize("name", ["panda", "ur5"])
-def test_velocities_are_lipschitz_in_arm_and_target_where_joints_are_at_their_limits_or_near(limiter, name):
+def test_velocities_are_lipschitz_in_arm_and_target_where_joints_are_at_their_limits_or_near(resolver, name):
     robot, rng, acting = rik.load(name), np.random.default_rng(7), set()
     lower, upper = np.maximum(robot.lower, -2.8), np.minimum(robot.upper, 2.8)
     limits = rik.JointLimits.of(robot, lower=lower, upper=upper)
-    keeps = limiter.stops or limiter == rik.Sliding()
+    limiter = getattr(resolver, "limiter", None)
+    keeps = limiter == rik.Sliding() or (limiter is not None and limiter.stops)
     for _ in range(80):
         q, target = rng.uniform(lower, upper), robot.pose(rng.uniform(lower, upper))
         near, some = rng.choice([0.0, 1e-4, 1e-2], robot.n), rng.random((2, robot.n)) < 0.5
@@ -87,7 +92,7 @@ def test_velocities_are_lipschitz_in_arm_and_target_where_joints_are_at_their_li
 
         def velocity(at, there):
             task = rik.FrameTask(there, gain=5.0, max_linear=0.04, max_angular=0.2)
-            step = rik.VelocityController(robot, rik.TaskPriority(limiter=limiter), limits).step(at, task, 0.01)
+            step = rik.VelocityController(robot, resolver, limits).step(at, task, 0.01)
             acting.add(step.active)
             return step.qdot
 
@@ -96,6 +101,36 @@ def test_velocities_are_lipschitz_in_arm_and_target_where_joints_are_at_their_li
             change = np.linalg.norm(at - q) + np.linalg.norm(there - target)
             assert np.linalg.norm(velocity(at, there) - here) <= STEEPEST[keeps] * change + 1e-9
     assert len(acting) > 15
+
+
+@pytest.mark.parametrize("limiter", CALM, ids=repr)
+def test_a_joint_at_its_end_that_begins_to_be_asked_to_go_on_stops_the_others_in_no_jump(limiter):
+    resolver, asked = rik.TaskPriority(limiter=limiter), np.linspace(-0.01, 0.1, 3001)
+    box = named_box([-9.0, -9.0], [0.0, 9.0])
+    given = [
+        resolver.resolve(VelocityProblem((TaskEquation(np.eye(2), np.array([each, 1.0]), np.zeros(2)),), box)).qdot[1]
+        for each in asked
+    ]
+    assert np.abs(np.diff(given)).max() < 0.1
+    assert min(given) < 0.1 or not limiter.stops
+
+
+def test_a_limiter_is_told_how_far_its_level_wants_to_go_in_a_step():
+    strides = []
+
+    class Told(rik.Limiter):
+        def limit(self, wish):
+            strides.append(wish.stride)
+            return wish.motion, 1.0
+
+    equations = (TaskEquation(np.eye(3)[:1], np.array([3.0]), np.zeros(1)),
+                 TaskEquation(np.array([[1.0, 1.0, 0.0]]), np.array([5.0]), np.zeros(1)))  # fmt: skip
+    rik.TaskPriority(rik.MoorePenrose(), Told()).resolve(VelocityProblem(equations, Bounds.free(3), 0.01))
+    np.testing.assert_allclose(strides, [0.03, 0.02])  # 3 of the second level's 5 is done by the first
+    strides.clear()
+    robot = rik.load("planar_3r")
+    rik.VelocityController(robot, rik.TaskPriority(limiter=Told())).step(robot.rest, rik.TwistTask(np.ones(6)), 0.02)
+    np.testing.assert_allclose(strides, [0.02 * np.sqrt(len(robot.rows))])
 
 
 def test_a_target_behind_a_joint_limit_of_an_xarm_is_arrived_at_by_default():

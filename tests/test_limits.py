@@ -157,6 +157,16 @@ def test_a_joint_of_speed_zero_never_moves_inside_or_outside():
         assert bounds.lower[0] == bounds.upper[0] == 0
 
 
+@pytest.mark.parametrize("acceleration", [np.inf, 100.0])
+def test_towards_an_end_a_joint_uses_up_the_share_of_the_way_that_its_gain_says(acceleration):
+    q, dt = np.array([1 - 0.01, 0.0, -1 + 0.02]), 0.005
+    for gain in (20.0, 5.0):
+        bounds = limits(acceleration=acceleration, gain=gain).bounds(PLANAR, q, np.zeros(3), dt).lasting
+        assert_allclose([bounds.upper[0], -bounds.lower[2]], [0.01 * gain, 0.02 * gain])
+    at_once = limits(acceleration=np.inf, gain=np.inf, velocity=np.inf).bounds(PLANAR, q, np.zeros(3), dt)
+    assert_allclose([at_once.upper[0], -at_once.lower[2]], [0.01 / dt, 0.02 / dt])
+
+
 def test_infinite_limits_are_none():
     each = limits(lower=-np.inf, upper=np.inf, velocity=np.inf, acceleration=np.inf)
     bounds = each.bounds(PLANAR, np.full(3, 1e9), np.full(3, 1e9), 0.01)

@@ -9,8 +9,9 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import robust_ik as rik
-from robust_ik.problem import TaskEquation
+from robust_ik.problem import TaskEquation, VelocityProblem
 from robust_ik.tasks import Task
+from robust_ik.units import Units
 from tests.arms import arm_of
 from tests.arms import ur5 as made_ur5
 
@@ -222,3 +223,12 @@ def test_a_task_of_ones_own_says_which_rows_are_lengths():
         task, controller = HeightTask(0.5 * size), rik.VelocityController(robot, rik.DampedLeastSquares())
         speeds.append(controller.step(start_and_target(robot)[0], task, 0.01).qdot)
     assert_allclose(*speeds, rtol=1e-9)
+
+
+def test_speed_limits_of_joints_that_slide_are_told_in_the_unit_of_length_too():
+    scara = arm_of(SCARA)
+    limits = rik.JointLimits.of(scara, velocity=[1.0, 2.0, 3.0, 0.4])
+    bounds = limits.bounds(scara, scara.rest, np.zeros(4), 0.01)
+    told = Units(0.1, scara.sliding).problem(VelocityProblem((), bounds)).bounds
+    assert_allclose(told.fastest, [1.0, 2.0, 3.0, 4.0])
+    assert (np.maximum(told.upper, -told.lower) <= told.fastest + 1e-12).all()
