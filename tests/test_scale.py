@@ -226,7 +226,7 @@ def test_a_task_of_ones_own_says_which_rows_are_lengths():
 
 
 def test_speed_limits_of_joints_that_slide_are_told_in_the_unit_of_length_too():
-    scara = arm_of(SCARA)
+    scara = arm_of(SCARA, "0 0 0")
     limits = rik.JointLimits.of(scara, velocity=[1.0, 2.0, 3.0, 0.4])
     bounds = limits.bounds(scara, scara.rest, np.zeros(4), 0.01)
     told = Units(0.1, scara.sliding).problem(VelocityProblem((), bounds)).bounds
