@@ -34,7 +34,7 @@ def chain_of(name: str) -> Chain:
 
 
 def iiwa14() -> rik.Robot:
-    """KUKA's LBR iiwa 14 R820 to its flange; lengths, limits and speeds as in ROS-Industrial's kuka_lbr_iiwa_support."""
+    """KUKA's LBR iiwa 14 R820 to its flange; lengths, limits and speeds of ROS-Industrial's kuka_lbr_iiwa_support."""
     offsets, twists = (0.36, 0, 0.42, 0, 0.4, 0, 0.126), (-90, 90, 90, -90, -90, 90, 0)
     limits, speeds = (170, 120, 170, 120, 170, 120, 175), (85, 85, 100, 75, 130, 135, 135)
     rows = [

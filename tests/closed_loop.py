@@ -14,6 +14,7 @@ import robust_ik as rik
 from robust_ik.description import Box
 from robust_ik.limits import HalfSpace, Obstacle
 from tests.cases_resolvers import LIMITERS
+from tests.conftest import moved_start
 
 ARMS = {
     "xarm7": {},
@@ -138,6 +139,7 @@ def run(each, *, seconds=60.0, steps=12_000):
     """The motion until it has rested for half a second, or is cut off."""
     robot, (lower, upper, speeds) = arm(each.arm), ends(each.arm)
     q, target = start_and_target(each.arm, each.kind, each.seed)
+    q = moved_start(robot, q)
     stack = [[rik.FrameTask(target, gain=5.0, max_linear=0.2, max_angular=1.0)]]
     if each.posture:
         stack.append([rik.PostureTask(robot.rest, gain=2.0)])

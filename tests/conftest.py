@@ -60,18 +60,24 @@ def _moved_starts(request, monkeypatch):
         move_starts(monkeypatch, size)
 
 
+def aside(size, length):
+    return size * np.random.default_rng(1).normal(size=length)
+
+
+def moved_start(robot, q):
+    """Where a loop that a test runs itself starts: at q, or as far beside it as `MOVED_STARTS` says."""
+    return robot.integrate(q, aside(float(os.environ.get(MOVED_STARTS, "0")), robot.n))
+
+
 def move_starts(monkeypatch, size):
     run, vector = simulation._run, newton_steps._vector
 
-    def aside(length):
-        return size * np.random.default_rng(1).normal(size=length)
-
     def moved_run(controller, motion, q, *rest):
-        return run(controller, motion, controller.robot.integrate(q, aside(controller.robot.n)), *rest)
+        return run(controller, motion, controller.robot.integrate(q, aside(size, controller.robot.n)), *rest)
 
     def moved_vector(values, name, *rest):
         found = vector(values, name, *rest)
-        return found + aside(found.size) if name == "q0" else found
+        return found + aside(size, found.size) if name == "q0" else found
 
     monkeypatch.setattr(simulation, "_run", moved_run)
     monkeypatch.setattr(newton_steps, "_vector", moved_vector)

@@ -13,13 +13,14 @@ from robust_ik.resolvers.limiters import RISE
 from robust_ik.resolvers.motion_cost import PRICE, motion_cost
 from tests import closed_loop
 from tests.cases_resolvers import LIMITERS, named_box, random_matrix
+from tests.conftest import moved_start
 
 CALM = [each for each in LIMITERS if each != rik.Scaling()]
 
 
 def last_seconds(robot, controller, q, stack, dt, seconds):
     """Where the arm ends, and what it was asked for in the last second."""
-    asked = []
+    q, asked = moved_start(robot, q), []
     for _ in range(int(seconds / dt)):
         asked.append(controller.step(q, stack, dt).qdot)
         q = robot.integrate(q, dt * asked[-1])

@@ -11,7 +11,7 @@ import pytest
 
 import robust_ik as rik
 from tests import everywhere
-from tests.conftest import QUICK, move_starts, pytest_collection_modifyitems
+from tests.conftest import MOVED_STARTS, QUICK, move_starts, moved_start, pytest_collection_modifyitems
 from tests.everywhere import Setting
 
 TESTS = "import os\n\ndef test_it():\n    assert 'ROBUST_IK_BROKEN' not in os.environ\n"
@@ -97,6 +97,9 @@ def test_starts_are_moved_where_it_is_asked_for_and_alike_each_time(monkeypatch)
     assert (start() == moved).all()
     solved = rik.newton(lambda q: q, lambda q: np.eye(2), rik.JParse(), q0, q0, max_iterations=0)
     assert 0 < np.abs(solved.q - q0).max() < 1e-2
+    assert (moved_start(robot, q0) == q0).all() or os.environ.get(MOVED_STARTS)
+    monkeypatch.setenv(MOVED_STARTS, "1e-3")
+    assert 0 < np.abs(moved_start(robot, q0) - q0).max() < 1e-2
 
 
 def test_programs_that_fail_or_warn_answer_nothing():

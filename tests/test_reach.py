@@ -12,6 +12,7 @@ from robust_ik.paths import pose
 from robust_ik.reaching.goals import GoalFinder
 from robust_ik.reaching.path import Caps, Path, fitting_speed
 from robust_ik.reaching.space import Space
+from tests.conftest import moved_start
 
 ARMS = ("xarm7", "panda", "ur5", "z1", "kinova")
 CAPS = {"gain": 5.0, "max_linear": 0.2, "max_angular": 0.8}
@@ -25,8 +26,8 @@ class Run:
         self.robot, self.caps = robot, CAPS | caps
         controller, rng = rik.VelocityController(robot, None, limits), np.random.default_rng(5)
         reach = rik.Reach(target, **self.caps) if task is None else task
-        q, velocity, self.states, self.straight = q0, np.zeros(robot.n), [], 0.0
-        self.reached, self.qdot, self.over, self.q = np.inf, [], [], [q0]
+        q, velocity, self.states, self.straight = moved_start(robot, q0), np.zeros(robot.n), [], 0.0
+        self.reached, self.qdot, self.over, self.q = np.inf, [], [], [q]
         for step in range(int(seconds / dt)):
             seen = robot.integrate(q, rng.normal(0.0, noise, robot.n)) if noise else q
             qdot = controller.step(seen, reach, dt).qdot
