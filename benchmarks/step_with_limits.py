@@ -47,7 +47,8 @@ class Contender:
 
 
 CONTENDERS = (
-    Contender("robust_ik, `Saturation`", "robust_ik", "strict; keeps the direction"),
+    Contender("robust_ik, `Sliding`", "robust_ik", "strict; the default"),
+    Contender("robust_ik, `Saturation`", "robust_ik", "strict; keeps the direction", ("--limiter", "saturation")),
     Contender("robust_ik, `QuadraticProgram`", "robust_ik", "strict; a QP a level", ("--limiter", "quadratic_program")),
     Contender("Pink", "pink", "weighted, one QP (DAQP); damped"),
     Contender("mink", "mink", "weighted, one QP (DAQP); MuJoCo"),

@@ -9,10 +9,12 @@ from timing import System, Work, run
 
 import robust_ik as rik
 
+LIMITERS = {"sliding": rik.Sliding(), "saturation": rik.Saturation(), "quadratic_program": rik.QuadraticProgram()}
+
 
 def make(work: Work, arguments: argparse.Namespace) -> System:
     robot = rik.load(work.urdf, tip=work.tip)
-    limiter = rik.Saturation() if arguments.limiter == "saturation" else rik.QuadraticProgram()
+    limiter = LIMITERS[arguments.limiter]
     controller = rik.VelocityController(robot, rik.TaskPriority(rik.JParse(), limiter))  # with the URDF's limits
     gain = 1 / work.dt  # the whole error in one step, as the peers' defaults ask
     posture = rik.PostureTask(work.posture, gain=gain)
@@ -24,4 +26,4 @@ def make(work: Work, arguments: argparse.Namespace) -> System:
 
 
 if __name__ == "__main__":
-    run("robust_ik", "robust-ik", make, limiter=("saturation", "quadratic_program"))
+    run("robust_ik", "robust-ik", make, limiter=tuple(LIMITERS))
