@@ -220,6 +220,13 @@ def length(vector: Array) -> float:
     return largest * float(np.linalg.norm(vector / largest))
 
 
+def lengths(vectors: Array) -> Array:
+    """‖x‖ of vectors, (..., n) → (...), also where squares would overflow or vanish."""
+    largest = np.abs(vectors).max(axis=-1, initial=0.0)
+    unit = np.where(largest > 0, largest, 1.0)
+    return np.asarray(unit * np.linalg.norm(vectors / unit[..., None], axis=-1))
+
+
 def complement(rows: Array) -> Array:
     """Orthonormal columns that span what is orthogonal to orthonormal rows, (r, n) → (n, n − r)."""
     Q, _ = np.linalg.qr(rows.T, mode="complete")

@@ -277,6 +277,13 @@ def test_a_way_is_no_faster_than_limits_and_caps_anywhere(rng):
     assert 0.95 * path.duration <= time <= 1.1 * path.duration + 0.1
 
 
+def test_a_speed_beyond_all_squares_has_its_share():
+    space = Space.of(rik.load("ur5"), None, ())
+    caps = Caps.of(rik.FrameTask(space.robot.pose(space.robot.rest), gain=1.0, max_linear=0.2, max_angular=1.0), space)
+    twists = np.array([[0.1, 0, 0, 0, 0, 0], [3e200, 4e200, 0, 0, 0, 0], [0, 0, 0, 0, 0, 1e-300], [0] * 6])
+    assert_allclose(caps.share(twists), [2.0, 0.2 / 5e200, 1e300, np.inf], rtol=1e-12)
+
+
 def test_a_speed_is_fitted_into_bounds(rng):
     for _ in range(50):
         way, aside = rng.normal(size=(2, 4))

@@ -12,6 +12,7 @@ import robust_ik as rik
 from robust_ik.problem import TaskEquation, VelocityProblem
 from robust_ik.tasks import Task
 from robust_ik.units import Units
+from robust_ik.urdf import parse_urdf
 from tests.arms import arm_of
 from tests.arms import ur5 as made_ur5
 
@@ -58,6 +59,23 @@ def test_a_robot_of_another_size_is_noted():
 def test_the_size_of_an_arm_is_the_sum_of_its_links():
     assert_allclose(rik.load("planar_2r").size, 2.0, rtol=1e-6)
     assert_allclose(arm_of(SCARA, "0 0 0").size, 0.7 + 0.3, atol=0.3)
+
+
+def test_a_joint_that_follows_with_nothing_has_no_travel():
+    """A mimic joint of multiplier 0 stays where it is, however far its source may go."""
+    link = '<link name="{}"/>'.format
+    joint = (
+        '<joint name="{}" type="{}"><parent link="{}"/><child link="{}"/><origin xyz="0 0 {}"/><axis xyz="{}"/>'
+        '<limit lower="0" upper="1" velocity="1" effort="1"/>{}</joint>'.format
+    )
+    mimic = '<mimic joint="turn" multiplier="0"/>'
+    parts = [
+        joint("turn", "continuous", "a", "b", 0, "0 0 1", ""),
+        joint("lean", "revolute", "b", "c", 0.3, "1 0 0", ""),
+    ]
+    parts.append(joint("slide", "prismatic", "c", "d", 0.2, "0 0 1", mimic))
+    text = f'<robot name="r">{"".join(map(link, "abcd"))}{"".join(parts)}</robot>'
+    assert_allclose(rik.Robot.from_description(parse_urdf(text.encode()), "d").size, 0.2)
 
 
 def test_one_joint_has_a_size_and_a_wrist_has_none():

@@ -259,6 +259,28 @@ def test_what_is_no_atlas_is_refused_in_a_sentence(tmp_path, text, message):
         SingularityAtlas.load(path)
 
 
+@pytest.mark.parametrize("value", [1e308, -1e19, float("nan")])
+@pytest.mark.parametrize("place", ["samples", "values", "offsets", "order"])
+def test_an_atlas_of_enormous_numbers_is_refused_without_a_warning(tmp_path, place, value):
+    atlas = atlas_of("puma560")
+    plain = json.loads(json.dumps(to_plain(atlas)))
+    row = next(each for each in plain["strata"] if each["relations" if place == "order" else "conditions"])
+    match place:
+        case "samples":
+            row["samples"][0][0] = value
+        case "values":
+            row["conditions"][0]["values"][0] = value
+        case "offsets":
+            plain["robot"]["chain"]["offsets"][0][0] = value
+        case _:
+            factor = next(factor for term in row["relations"][0]["terms"] for factor in term)
+            factor.update(kind="power", order=abs(value))
+    path = tmp_path / "bad.json"
+    path.write_text(json.dumps(plain))
+    with pytest.raises(LoadError):
+        SingularityAtlas.load(path)
+
+
 def test_an_interrupted_search_gives_what_it_had_found():
     def stop(done, total):
         if done / total > 0.3:

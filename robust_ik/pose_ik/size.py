@@ -35,7 +35,8 @@ def find_size(chain: Chain, lower: Array, upper: Array) -> float:
     at = np.where(chain.sliding, np.clip(0.0, low, high) * chain.factor + chain.shift, 0.0)
     offsets = float(offsets_of(chain).sum() + np.abs(at).sum())
     links = _links(chain, at, offsets) if offsets > 0 else 0.0
-    travel = float((np.abs(chain.factor) * (high - low))[chain.sliding].sum())
+    moving = chain.sliding & (chain.factor != 0)  # a mimic joint of multiplier 0 stays, whatever its range
+    travel = float(np.sum(np.abs(chain.factor[moving]) * (high - low)[moving]))
     return float(min(max(links, 1.0), links + travel))
 
 

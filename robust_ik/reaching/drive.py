@@ -11,13 +11,13 @@ import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.limits import Limit
-from robust_ik.linalg import singular_values
+from robust_ik.linalg import length, singular_values
 from robust_ik.problem import TaskEquation
 from robust_ik.reaching.goals import GoalFinder
 from robust_ik.reaching.path import Caps, Path, fitting_speed
 from robust_ik.reaching.plan import Plan, plan, what_turns
 from robust_ik.reaching.space import Space
-from robust_ik.reaching.watch import Noise, Servo, scaled, size
+from robust_ik.reaching.watch import Noise, Servo, scaled
 from robust_ik.robot import Robot
 from robust_ik.rows import ROWS
 from robust_ik.tasks.base import Drive, Moment, Task
@@ -149,7 +149,7 @@ class ReachDrive(Drive):
 
     def _turning(self, now: Now) -> float:
         units = scaled(now.servo, self.robot)
-        return size((units[:, None] * now.servo.J).ravel())
+        return length((units[:, None] * now.servo.J).ravel())
 
     def _stalls(self, now: Now) -> bool:
         """Whether the servo takes too long for what is left, if it gets there at all."""
@@ -315,7 +315,7 @@ class ReachDrive(Drive):
         return self._towards(now, self._goal)
 
     def _apart(self, a: Array, b: Array) -> float:
-        return size(a[:3, 3] - b[:3, 3]) + self.robot.length_scale * size((a - b)[:3, :3].ravel())
+        return length(a[:3, 3] - b[:3, 3]) + self.robot.length_scale * length((a - b)[:3, :3].ravel())
 
     # -------------------------------------------------------------------------------------------- equations
     def _towards(self, now: Now, point: Array) -> TaskEquation:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from robust_ik.checks import Array
+from robust_ik.linalg import length
 from robust_ik.problem import TaskEquation
 from robust_ik.robot import Robot
 
@@ -56,7 +57,7 @@ class Servo:
             self.gained += float(pull @ self.robot.difference(before, q))
             self.elapsed += dt
             self.steps += 1
-        self.error, self.asked = size(equation.error * units), size(equation.xdot * units)
+        self.error, self.asked = length(equation.error * units), length(equation.xdot * units)
         direction = equation.xdot * units / max(self.asked, 1e-300)
         self._last = q.copy(), (direction * units) @ equation.J
 
@@ -75,8 +76,3 @@ def scaled(equation: TaskEquation, robot: Robot) -> Array:
     """What rows of an equation are multiplied with to be in m, (m,)."""
     lengths = np.zeros(len(equation.xdot), dtype=bool) if equation.lengths is None else equation.lengths
     return np.where(lengths, 1.0, robot.length_scale)
-
-
-def size(vector: Array) -> float:
-    """Its length."""
-    return float(np.linalg.norm(vector))

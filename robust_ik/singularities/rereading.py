@@ -7,6 +7,7 @@ from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robust_ik.errors import LoadError
 from robust_ik.rows import checked_rows
@@ -16,6 +17,7 @@ from robust_ik.singularities.facts import SAME, RobotFacts, jacobians_apart
 from robust_ik.singularities.finder import Method
 from robust_ik.singularities.leaves import is_singular
 from robust_ik.singularities.notation import condition, equation
+from robust_ik.singularities.relations import DEGREES
 
 if TYPE_CHECKING:
     from robust_ik.singularities.angles import Angle
@@ -28,6 +30,8 @@ KINDS: dict[object, tuple[type, ...]] = {
 }  # fmt: skip
 UNBOUNDED = ("margin", "lower", "upper")
 """What may be infinite."""
+LARGEST = 1e18
+"""Of lengths and joint values: what a URDF file may have as a limit, and far below what overflows."""
 
 
 def reread(atlas: SingularityAtlas) -> SingularityAtlas:
@@ -97,8 +101,8 @@ def _check_chain(chain: ScrewChain) -> None:
     }  # fmt: skip
     for name, shape in shapes.items():
         array = getattr(chain, name)
-        if array.shape != shape or not (name == "period" or np.isfinite(array).all()):
-            raise LoadError(f"{name} must be {' by '.join(map(str, shape))} finite numbers")
+        if array.shape != shape or not (name == "period" or _usual(array)):
+            raise LoadError(f"{name} must be {' by '.join(map(str, shape))} finite numbers of at most {LARGEST:g}")
     turns = chain.period[np.isfinite(chain.period)]
     if not np.array_equal(turns, np.full(len(turns), 2 * np.pi)):
         raise LoadError("a joint comes back to the same pose after another angle than a whole turn")
@@ -119,10 +123,18 @@ def _check_row(chain: ScrewChain, row: Stratum) -> None:
     left = chain.n - len(row.conditions) - len(row.relations)
     if row.samples.shape[1:] != (chain.n,) or not (row.dimension < left if row.curve else row.dimension == left):
         raise LoadError(f"a row of corank {row.corank} has not the dimension {row.dimension}")
+    if not (_usual(row.samples) and all(_usual(each.values) for each in row.conditions)):
+        raise LoadError(f"joint values of a row of corank {row.corank} must be finite numbers of at most {LARGEST:g}")
     rng, chain = np.random.default_rng(0), replace(chain, length_scale=1.0)
-    members = np.concatenate([row.samples, *(leaf.filled(chain, rng) for leaf in row.leaves)])
-    if not is_singular(chain, members, row.corank).all():
+    with np.errstate(over="ignore", invalid="ignore"):  # of relations that are none
+        members = np.concatenate([row.samples, *(leaf.filled(chain, rng) for leaf in row.leaves)])
+    if not (_usual(members) and is_singular(chain, members, row.corank).all()):
         raise LoadError(f"members of a row of corank {row.corank} are not singular")
+
+
+def _usual(values: ArrayLike) -> bool:
+    """Whether all are finite and none is enormous."""
+    return bool((np.abs(np.asarray(values, dtype=float)) <= LARGEST).all())
 
 
 def _check_angle(chain: ScrewChain, angle: Angle) -> None:
@@ -135,9 +147,10 @@ def _check_angle(chain: ScrewChain, angle: Angle) -> None:
 
 
 def _check_relation(relation: Relation) -> None:
-    kinds = {factor.kind for term in relation.terms for factor in term}
+    factors = [factor for term in relation.terms for factor in term]
+    known = all(each.kind in ("cos", "sin", "power") and 0 < each.order <= max(DEGREES) for each in factors)
     sizes = np.abs(relation.coefficients)
-    if not kinds <= {"cos", "sin", "power"} or sizes.shape != (len(relation.terms),) or not (0 < sizes.max() < np.inf):
+    if not known or sizes.shape != (len(relation.terms),) or not (0 < sizes.max() < np.inf):
         raise LoadError("a relation is no sum of products with coefficients")
 
 

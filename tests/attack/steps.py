@@ -27,7 +27,8 @@ RUNS = 4
 NEARLY = (0.0, 1e-17, 1e-15, 1e-13, 1e-10, 1e-7)
 """How far joints are from the angles of a start, rad or m."""
 LIMITERS: tuple[rik.Limiter, ...] = (
-    rik.Saturation(),
+    rik.Sliding(),
+    rik.Sliding(),
     rik.Saturation(),
     rik.Scaling(),
     rik.Scaling(),
