@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks.claims.spread import Spread
+from robust_ik.scenarios import verdict
 
-HOLDS, IN_KIND, WRONG, OPEN = "holds", "holds in kind", "wrong", "open"
 FUNCTIONS = {"abs": abs, "min": min, "max": max, "len": len, "round": round}
 TYPED = re.compile(r"(?<!Sec\. )\b\d+(\.\d|e[-+]?\d)")
 """A decimal number: in a text it must come from the numbers."""
@@ -27,15 +27,7 @@ class Claim:
     """One line of the page. Nobody types its verdict: it follows from the numbers.
 
     A condition is an expression over the names of the numbers, and says what the paper says: `kim < chiaverini`. It
-    must hold at both ends of every spread.
-
-    ======================  =====================  ==================
-    the condition           nothing stands in      something does
-    ======================  =====================  ==================
-    holds                   holds                  holds in kind
-    fails                   wrong                  open
-    in some readings only   open                   open
-    ======================  =====================  ==================
+    must hold at both ends of every spread. `robust_ik.scenarios.verdict` has the rule.
 
     Attributes:
         what: What is claimed, with its place in the paper.
@@ -80,11 +72,7 @@ class Claim:
     def verdict(self) -> str:
         """What became of it."""
         outcomes = {self.outcome(condition) for condition in self.readings.values()}
-        if self.cut or len(outcomes) > 1 or None in outcomes:
-            return OPEN
-        if outcomes == {True}:
-            return IN_KIND if self.kind else HOLDS
-        return OPEN if self.kind else WRONG
+        return verdict(outcomes, stands_in=bool(self.kind), cut=bool(self.cut))
 
     def outcome(self, condition: str) -> bool | None:
         """Whether a condition holds; None where it does at some ends of the spreads only."""

@@ -5,6 +5,7 @@ from robust_ik.scenarios.points import reach_points
 from robust_ik.scenarios.reading import read_scenario
 from robust_ik.scenarios.straight_line import StraightLine, ur5_elbow, ur5_wrist
 from robust_ik.scenarios.stretch import Stretch, stretch
+from robust_ik.scenarios.verdicts import verdict
 
 __all__ = [
     "StraightLine",
@@ -16,4 +17,5 @@ __all__ = [
     "stretch",
     "ur5_elbow",
     "ur5_wrist",
+    "verdict",
 ]
