@@ -64,7 +64,7 @@ def simulate(
 
     Args:
         robot: The robot; or a `Scenario`, and then only the resolver besides, or the label of one of its methods.
-        resolver: A resolver; an inverse stands for `TaskPriority` with it; None for `TaskPriority(JParse())`.
+        resolver: A resolver; an inverse stands for `TaskPriority` with it; None for a controller's default.
         motion: A stack of tasks, or a function from time in s to one: `Follow(path)` keeps the tip on a path.
         q0: Configuration to start from, (nq,).
         duration: Seconds to run.

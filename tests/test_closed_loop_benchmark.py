@@ -1,6 +1,7 @@
 """The measurement in closed loop: how it judges a run, and that the command writes its page."""
 
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 
 import robust_ik as rik
-from benchmarks import closed_loop, environments, loop_runs, report, tables
+from benchmarks import closed_loop, default_inverse, environments, loop_runs, report, tables
 from benchmarks.environments import Peer
 from benchmarks.loop_contenders import Contender, answer, default_method
 from benchmarks.loop_runs import bare, everyday, random_runs
@@ -229,7 +230,7 @@ def test_the_command_writes_its_page(straight, tmp_path, monkeypatch, capsys):
     assert "| Nobody | – | – |" in text
     assert "* Chatter in no run: Straight, `calm`." in text
     assert "Nobody did not run on ur5: " in text
-    assert text.count("<!--") == 10
+    assert text.count("<!-- closed_loop") == 10
     assert (docs / "benchmarks" / "closed_loop.svg").stat().st_size > 0
     assert (docs / "benchmarks" / "closed_loop.json").stat().st_size > 0
     assert "Straight" in capsys.readouterr().out
@@ -251,3 +252,32 @@ def test_the_page_tells_what_the_verdicts_take():
     page = Path(DOCS / "closed_loop.md").read_text(encoding="utf-8")
     for text in ("1 mm and 0.01 rad", "last half second", "1 % of its speed limit", "five times", "1e-3 rad/s"):
         assert text in page
+
+
+# ----------------------------------------------------------------------------------------------- the default inverse
+def test_a_joint_shakes_where_noise_comes_out_twenty_times_as_large(rng):
+    held = np.sqrt(2) * default_inverse.NOISE * default_inverse.HELD
+    steps = held * rng.normal(size=(2000, 2))
+    calm, wild = np.cumsum(15 * steps, axis=0), np.cumsum([1, 25] * steps, axis=0)
+    assert not default_inverse.shakes(calm, 0.02)
+    assert default_inverse.shakes(wild, 0.02)
+
+
+def test_the_table_of_inverses_has_a_line_for_each_and_marks_the_default(monkeypatch, capsys):
+    chosen = (default_inverse.default(), rik.DampedLeastSquares(0.1))
+    monkeypatch.setattr(default_inverse, "INVERSES", chosen)
+    monkeypatch.setattr(default_inverse, "SECONDS", 0.5)
+    arguments = ["default_inverse", "--pairs", "1", "--arms", "ur5", "--seconds", "0.3"]
+    monkeypatch.setattr(sys, "argv", arguments)
+    monkeypatch.setattr(default_inverse, "ProcessPoolExecutor", ThreadPoolExecutor)
+    default_inverse.main()
+    lines = capsys.readouterr().out.strip().splitlines()
+    assert [line.split("|")[1].strip() for line in lines[2:]] == [
+        "`JParse(0.02)`, the default",
+        "`DampedLeastSquares(0.1)`",
+    ]
+
+
+def test_a_controller_that_is_told_nothing_has_the_inverse_that_was_measured():
+    assert rik.VelocityController(rik.load("ur5")).resolver == METHODS["Sliding()"]
+    assert default_inverse.default() in default_inverse.INVERSES

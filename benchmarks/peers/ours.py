@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import robust_ik as rik
 
+INVERSE = rik.JParse(0.02)
+"""As a controller has it that is told nothing."""
 METHODS: dict[str, rik.Resolver] = {
-    "Sliding()": rik.TaskPriority(rik.JParse(), rik.Sliding()),
-    "Saturation()": rik.TaskPriority(rik.JParse(), rik.Saturation()),
-    "Scaling()": rik.TaskPriority(rik.JParse(), rik.Scaling()),
-    "QuadraticProgram(keep_direction=True)": rik.TaskPriority(rik.JParse(), rik.QuadraticProgram(keep_direction=True)),
-    "QuadraticProgram()": rik.TaskPriority(rik.JParse(), rik.QuadraticProgram()),
+    "Sliding()": rik.TaskPriority(INVERSE, rik.Sliding()),
+    "Saturation()": rik.TaskPriority(INVERSE, rik.Saturation()),
+    "Scaling()": rik.TaskPriority(INVERSE, rik.Scaling()),
+    "QuadraticProgram(keep_direction=True)": rik.TaskPriority(INVERSE, rik.QuadraticProgram(keep_direction=True)),
+    "QuadraticProgram()": rik.TaskPriority(INVERSE, rik.QuadraticProgram()),
+    "JParse()": rik.TaskPriority(rik.JParse()),
     "DampedLeastSquares(0.05)": rik.TaskPriority(rik.DampedLeastSquares(0.05)),
     "TaskReconstruction()": rik.TaskReconstruction(),
-    "WeightedPriority()": rik.WeightedPriority(),
+    "WeightedPriority()": rik.WeightedPriority(INVERSE),
 }
-"""By what they differ in from `TaskPriority(JParse())` with its default limiter."""
+"""By what they differ in from a controller that is told nothing."""

@@ -58,6 +58,17 @@ def slowed(wish: Wish) -> tuple[Array, float]:
     return share * wish.motion, share
 
 
+def within_speeds(wish: Wish) -> Array:
+    """The motion as much slower as the speed limits alone ask: joints at other bounds do not stop the rest."""
+    fastest = wish.bounds.fastest
+    if fastest is None:
+        return wish.motion
+    left = np.maximum(fastest - np.sign(wish.motion) * wish.qdot, 0.0)
+    too_fast = np.abs(wish.motion) > left
+    share = np.min(left[too_fast] / np.abs(wish.motion[too_fast]), initial=1.0)
+    return np.asarray(share * wish.motion)
+
+
 def nearest(wish: Wish, motion: Array, backend: str | None = None) -> tuple[Array, float]:
     """The motion inside the bounds nearest to a given one, and its share of the wish in the wish's direction."""
     cost = wish.cost

@@ -9,11 +9,9 @@ from __future__ import annotations
 import abc
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from robust_ik.boundary import check_type
 from robust_ik.checks import Array
-from robust_ik.resolvers.fitting import Wish, directed, nearest, slowed
+from robust_ik.resolvers.fitting import Wish, directed, nearest, slowed, within_speeds
 from robust_ik.resolvers.qp import check_backend, share_of
 
 RISE = 0.5
@@ -47,7 +45,7 @@ class Sliding(Limiter):
         scaled, share = slowed(wish)
         if share == 1:
             return scaled, share
-        motion = self._within_speeds(wish)
+        motion = within_speeds(wish)
         if wish.bounds.largest_step(wish.qdot, motion) == 1:
             return motion, share
         kept, share = directed(replace(wish, motion=motion))
@@ -57,25 +55,16 @@ class Sliding(Limiter):
         change = kept + aside
         return change, share_of(wish.reduced.matrix @ wish.motion, wish.reduced.matrix @ change)
 
-    def _within_speeds(self, wish: Wish) -> Array:
-        """The motion, slower where a joint would be faster than it may be."""
-        fastest = wish.bounds.fastest
-        if fastest is None:
-            return wish.motion
-        left = np.maximum(fastest - np.sign(wish.motion) * wish.qdot, 0.0)
-        too_fast = np.abs(wish.motion) > left
-        share = np.min(left[too_fast] / np.abs(wish.motion[too_fast]), initial=1.0)
-        return np.asarray(share * wish.motion)
-
 
 @dataclass(frozen=True)
 class QuadraticProgram(Limiter):
     """The motion inside the bounds that is nearest to the filtered one, in the metric of `motion_cost`.
 
-    Minimises ½ (q̇' − q̇)ᵀ H (q̇' − q̇) over the level's freedom, where q̇ is what the level's robust inverse wants: so
-    any inverse works inside limits, and where limits do not act, its motion is what comes out. H weighs what the level
-    gets, and prices all motion: that keeps the loop calm, and may cost the level a part of its wish where other joints
-    could take over in full, as they do for `Sliding`. Levels one after another make it strict (lexicographic).
+    Minimises ½ (q̇' − q̇)ᵀ H (q̇' − q̇) over the level's freedom, where q̇ is what the level's robust inverse wants, slower
+    as a whole where a joint would be too fast: so any inverse works inside limits, and where limits do not act, its
+    motion is what comes out. H weighs what the level gets, and prices all motion: that keeps the loop calm, and may
+    cost the level a part of its wish where other joints could take over in full, as they do for `Sliding`. Levels one
+    after another make it strict (lexicographic).
 
     Attributes:
         keep_direction: Ask instead for the largest share of the motion without turning it, as `Saturation` does.
@@ -101,7 +90,9 @@ class QuadraticProgram(Limiter):
         scaled, share = slowed(wish)
         if share == 1:
             return scaled, share
-        return directed(wish, self.backend) if self.keep_direction else nearest(wish, wish.motion, self.backend)
+        if self.keep_direction:
+            return directed(wish, self.backend)
+        return nearest(wish, within_speeds(wish), self.backend)
 
 
 @dataclass(frozen=True)
