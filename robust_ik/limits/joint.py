@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from robust_ik.boundary import check_type
 from robust_ik.bounds import Bounds
-from robust_ik.checks import Array, as_array, checked_parameter, readonly
+from robust_ik.checks import Array, as_array, checked_cap, checked_parameter, readonly
 from robust_ik.errors import InputError
 from robust_ik.limits.base import Limit
 from robust_ik.robot import Robot
@@ -103,8 +103,7 @@ class JointLimits(Limit):
                 raise InputError(f"{name} must be one for each of {len(self.joint_names)} joints, got {value.shape}")
             object.__setattr__(self, name, _checked(name, value, least))
         checked_parameter("recovery_speed", self.recovery_speed, above=0)
-        if self.gain != np.inf:
-            checked_parameter("gain", self.gain, above=0)
+        object.__setattr__(self, "gain", checked_cap("gain", self.gain))
         for name, a, b in zip(self.joint_names, self.lower, self.upper):
             if a > b or a == np.inf or b == -np.inf:
                 raise InputError(f"lower + margin ≤ upper − margin must hold, got {a:g} and {b:g} for {name}")
