@@ -6,6 +6,7 @@ import random
 import re
 import sys
 import tempfile
+import warnings
 from pathlib import Path
 
 import trimesh
@@ -134,8 +135,10 @@ class Reading:
         folder.mkdir()
         (folder.parent / "secret.bin").write_bytes(bytes(range(36)))
         box = trimesh.creation.box((1.0, 2.0, 3.0))
-        for suffix in ("stl", "ply", "glb", "off", "dae", "gltf"):
-            (trimesh.Scene(box) if suffix == "gltf" else box).export(str(folder / f"a.{suffix}"))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", DeprecationWarning)  # pycollada's, of new versions of NumPy
+            for suffix in ("stl", "ply", "glb", "off", "dae", "gltf"):
+                (trimesh.Scene(box) if suffix == "gltf" else box).export(str(folder / f"a.{suffix}"))
         (folder / "text.stl").write_text(trimesh.exchange.stl.export_stl_ascii(box))
         (folder / "text.ply").write_bytes(trimesh.exchange.ply.export_ply(box, encoding="ascii"))
         proof = certify(rik.load("duleba_3r"), 1)
