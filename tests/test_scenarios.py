@@ -1,16 +1,17 @@
 """Scenarios as data: what can be said in a file, and what is refused."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 
 import robust_ik as rik
 from robust_ik.catalog import find
 from robust_ik.dh_toml import table_to_toml
 from robust_ik.errors import InputError, LoadError, RobotNotFoundError
-from robust_ik.scenarios import load_scenario, read_scenario, scenarios
+from robust_ik.scenarios import load_scenario, read_scenario, scenarios, with_reach
 
 WHOLE = """
 title = "there and back"
@@ -54,6 +55,34 @@ def test_a_file_says_everything_about_a_run_but_the_method(tmp_path):
     assert scenario.duration == pytest.approx(math.dist(start, (1.0, 0.0, -0.5)) / 0.25)
     assert scenario.methods["calm"] == rik.JParse(gamma=0.2)
     assert scenario.methods["strict"] == rik.TaskPriority(rik.DampedLeastSquares(), limiter=rik.Scaling())
+
+
+def test_its_tip_may_go_round_where_the_straight_way_ends(tmp_path):
+    plain = read_scenario(written(tmp_path, WHOLE))
+    asked = read_scenario(written(tmp_path, changed("dt = 0.02", "dt = 0.02\nreach = true")))
+    assert [type(each.motion(0.0)[0][0]) for each in (plain, asked, with_reach(plain))] == [
+        rik.FrameTask,
+        rik.Reach,
+        rik.Reach,
+    ]
+    assert_array_equal(with_reach(plain).motion(1.0)[0][0].target, plain.motion(1.0)[0][0].target)
+    twists = replace(plain, motion=rik.Replay([0.0, 1.0], np.zeros((2, 6))))
+    with pytest.raises(InputError, match="mine has no path to reach: its motion is Replay"):
+        with_reach(twists)
+
+
+def test_a_run_with_reach_gets_where_the_servo_rests_short():
+    robot = rik.load("z1")
+    for seed in range(20):  # a way that limits end
+        q0, there = robot.random(np.random.default_rng(seed), 2)
+        target = robot.pose(there)
+        path = rik.Follow(lambda _, target=target: target, gain=5.0, max_linear=0.04, max_angular=0.2)
+        scenario = rik.Scenario("z1", robot, q0, path, duration=6.0, limits=None)
+        if np.linalg.norm(rik.simulate(scenario, None).final_error) > 0.05:
+            break
+    run = rik.simulate(replace(with_reach(scenario), duration=40.0), None)
+    assert np.linalg.norm(run.final_error) < 1e-6
+    assert run.largest_speed_ratio <= 1 + 1e-9
 
 
 def test_it_is_simulated_with_its_methods_or_any_other(tmp_path):
@@ -135,6 +164,8 @@ def test_a_robot_may_lie_beside_the_file(tmp_path):
         (changed("to = [1.0, 0.0, -0.5]\n", ""), "target needs 'to'"),
         (changed("gain = 5.0", 'gain = "much"'), "control.gain must be"),
         (changed("dt = 0.02", "dt = 0.02\nsteps = 3"), "control has no use for 'steps'"),
+        (changed("dt = 0.02", 'reach = "yes"'), "control.reach must be true or false"),
+        (changed("dt = 0.02", "limits = 1"), "control.limits must be true or false"),
         (changed('"deg"', '"grad"'), 'angles must be "rad" or "deg"'),
         (changed('title = "there and back"', "title = 3"), "title must be text"),
         (changed('"JParse", gamma = 0.2', '"JPars", gamma = 0.2'), "no type 'JPars'; did you mean 'JParse'"),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from robust_ik.cli.choice import inverse_class
-from robust_ik.cli.shared import WorkersOption, check_results, console, say_written
+from robust_ik.cli.shared import ReachOption, WorkersOption, check_results, console, say_written
 from robust_ik.errors import InputError
 from robust_ik.progress import progress_bar
 from robust_ik.safe_text import in_markup, plain
@@ -32,11 +32,12 @@ def compare(
     plot: Annotated[
         Path | None, typer.Option("--plot", metavar="FILE", help="Draw error, joint speed and σ over time.")
     ] = None,
+    reach: ReachOption = False,
     workers: WorkersOption = 1,
 ) -> None:
     """Run a scenario with the methods it names, or with others, and print how they fared."""
     from robust_ik import comparing, report
-    from robust_ik.scenarios import load_scenario, scenarios
+    from robust_ik.scenarios import load_scenario, scenarios, with_reach
     from robust_ik.sweeping import process_pool
 
     if scenario is None:
@@ -44,6 +45,8 @@ def compare(
         return
     check_results(html=html, plot=plot)
     chosen = load_scenario(scenario)
+    if reach:
+        chosen = with_reach(chosen)
     picked = _chosen(chosen, methods)
     with process_pool(workers) as pool, progress_bar(f"comparing {len(picked)} methods") as told:
         runs = comparing.compare(chosen, picked, executor=pool, progress=told)[chosen.name]

@@ -11,6 +11,7 @@ import typer
 from robust_ik.cli.choice import inverse_class
 from robust_ik.cli.shared import (
     PackageDirOption,
+    ReachOption,
     RobotArgument,
     TipOption,
     XacroOption,
@@ -45,13 +46,14 @@ def demo(
         Path | None,
         typer.Option("--output", "-o", help="The HTML file. Default: robust-ik-demo-ROBOT.html here."),
     ] = None,
+    reach: ReachOption = False,
     package_dir: PackageDirOption = None,
     xacro_arg: XacroOption = None,
 ) -> None:
     """Reach beyond the arm's reach and come back, with each method; write the animation as one HTML file."""
     from robust_ik import report
     from robust_ik.loading import load
-    from robust_ik.scenarios import stretch
+    from robust_ik.scenarios import stretch, with_reach
 
     chosen = _methods(method)
     check_results(output=output)
@@ -61,6 +63,8 @@ def demo(
         check_results(output=path)
     with console.status("finding the reach and a good start …"):
         scenario = stretch(arm)
+    if reach:
+        scenario = with_reach(scenario)
     _explain_rows(arm, scenario)
     runs = _run(scenario, chosen)
     console.print(report.comparison(runs))

@@ -38,6 +38,9 @@ PackageDirOption = Annotated[
         callback=lambda given: None if given is None else list(checked_folders(given, "--package-dir")),
     ),
 ]
+ReachOption = Annotated[
+    bool, typer.Option("--reach", help="Go round where the straight way ends (rik.Reach); default a plain servo.")
+]
 WorkersOption = Annotated[
     int, typer.Option("--workers", metavar="N", help="Processes that share the work. Results do not depend on it.")
 ]

@@ -1,6 +1,7 @@
 """Motions to run: each says the robot, where it starts, the path and the gains."""
 
 from robust_ik.scenarios.catalogue import load_scenario, scenarios
+from robust_ik.scenarios.going_round import with_reach
 from robust_ik.scenarios.points import reach_points
 from robust_ik.scenarios.reading import read_scenario
 from robust_ik.scenarios.straight_line import StraightLine, ur5_elbow, ur5_wrist
@@ -18,4 +19,5 @@ __all__ = [
     "ur5_elbow",
     "ur5_wrist",
     "verdict",
+    "with_reach",
 ]

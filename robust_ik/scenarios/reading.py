@@ -14,11 +14,12 @@ from robust_ik.errors import InputError, LoadError
 from robust_ik.files import read_file
 from robust_ik.loading import load
 from robust_ik.paths import pose
+from robust_ik.reaching import Reach
 from robust_ik.robot import Robot
 from robust_ik.scenario import Scenario
 from robust_ik.scenarios.building import method
 from robust_ik.scenarios.targets import Table, target
-from robust_ik.tasks import Follow, OrientationTask, PostureTask, Replay, Stack, Task
+from robust_ik.tasks import Follow, FrameTask, OrientationTask, PostureTask, Replay, Stack, Task
 from robust_ik.toml_bounds import read_toml
 
 LARGEST_FILE = 1_000_000
@@ -50,6 +51,7 @@ def read_scenario(path: str | Path) -> Scenario:
     gain = 5.0                            # 1/s
     max_linear = 0.1                      # m; likewise max_angular; may be left out, as may what follows
     feedforward = true
+    reach = true                          # go round where the straight way ends (`Reach`); default a plain servo
     dt = 0.01
     duration = 20.0                       # default that of the path
     limits = true                         # the robot's own; default none
@@ -106,7 +108,7 @@ def _scenario(path: Path, table: Table) -> Scenario:
         motion=motion,
         duration=control.number("duration", way.duration),
         dt=control.number("dt", 0.01),
-        limits=None if control.get("limits", False) is True else (),
+        limits=None if _flag(control, "limits") else (),
         title=_text(table, "title"),
         source=_text(table, "source"),
         note=_text(table, "note"),
@@ -128,7 +130,15 @@ def _motion(way: Any, control: Table, below: Stack) -> Follow | Replay:
         max_angular=control.get("max_angular", math.inf),
         feedforward=control.get("feedforward", False),
         below=below,
+        task=Reach if _flag(control, "reach") else FrameTask,
     )
+
+
+def _flag(table: Table, key: str) -> bool:
+    value = table.get(key, False)
+    if not isinstance(value, bool):
+        raise InputError(f"{table.where}.{key} must be true or false, got {value!r}")
+    return value
 
 
 def _unit(angles: object) -> float:

@@ -1,4 +1,4 @@
-"""ArmReach for a point out of reach, and come back: the motion of the demo, for any arm."""
+"""Reach for a point out of reach, and come back: the motion of the demo, for any arm."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from robust_ik.reach import ArmReach, find_reach
 from robust_ik.robot import Robot
 from robust_ik.rows import always_deficient, movable_rows
 from robust_ik.simulation import simulate
-from robust_ik.tasks import Follow
+from robust_ik.tasks import Follow, FrameTask
 from robust_ik.trajectory import Trajectory
 from robust_ik.urdf import lock_slides
 
@@ -48,6 +48,8 @@ class Stretch:
         gain: Proportional gain, 1/s.
         max_angular: Cap on the rotation error, rad.
         dt: Time step, s.
+        locked: Joints that slide and stand still.
+        task: What keeps the tip on the path: `FrameTask`, or `Reach`, which goes round where the straight way ends.
     """
 
     robot: Robot
@@ -59,10 +61,13 @@ class Stretch:
     max_angular: float = 0.5
     dt: float = 0.01
     locked: tuple[str, ...] = ()
+    task: type[FrameTask] = FrameTask
 
     def run(self, inverse: RobustInverse, progress: Callable[[int, int], None] | None = None) -> Trajectory:
         """The run with one inverse, from start to rest."""
-        motion = Follow(self.path, gain=self.gain, max_linear=self.max_linear, max_angular=self.max_angular)
+        motion = Follow(
+            self.path, gain=self.gain, max_linear=self.max_linear, max_angular=self.max_angular, task=self.task
+        )
         return simulate(
             self.robot, inverse, motion, self.q0,
             duration=self.path.duration, dt=self.dt, limits=self.limits, progress=progress,
