@@ -256,11 +256,18 @@ def test_the_page_tells_what_the_verdicts_take():
 
 # ----------------------------------------------------------------------------------------------- the default inverse
 def test_a_joint_shakes_where_noise_comes_out_twenty_times_as_large(rng):
-    held = np.sqrt(2) * default_inverse.NOISE * default_inverse.HELD
-    steps = held * rng.normal(size=(2000, 2))
-    calm, wild = np.cumsum(15 * steps, axis=0), np.cumsum([1, 25] * steps, axis=0)
-    assert not default_inverse.shakes(calm, 0.02)
-    assert default_inverse.shakes(wild, 0.02)
+    noise = default_inverse.NOISE * default_inverse.HELD * rng.normal(size=(2000, 2))
+    stopping = np.linspace(3.0, 0.0, 2000)[:, None]
+    assert not default_inverse.shakes(15 * noise + stopping, 0.02)
+    assert default_inverse.shakes([1, 25] * noise, 0.02)
+
+
+def test_every_other_target_is_out_of_reach():
+    loop = random_runs("ur5", 4, 1.0)
+    far = default_inverse.beyond(loop)
+    moved = np.linalg.norm(far.targets[:, 0, :3, 3] - loop.targets[:, 0, :3, 3], axis=1)
+    np.testing.assert_allclose(moved, [0, default_inverse.AWAY, 0, default_inverse.AWAY])
+    assert np.linalg.norm(far.targets[1, 0, :3, 3]) > 1.5 * bare("ur5")[0].size
 
 
 def test_the_table_of_inverses_has_a_line_for_each_and_marks_the_default(monkeypatch, capsys):
