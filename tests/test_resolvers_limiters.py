@@ -241,3 +241,15 @@ def test_a_level_without_bounds_or_without_freedom_is_left_as_it_is():
         change, share = limiter.limit(wish)
         assert not change.any()
         assert share == 1
+
+
+@pytest.mark.parametrize("limiter", [SLIDING, NEAREST, SCALING], ids=repr)
+def test_where_only_speed_limits_act_all_joints_are_slower_alike(limiter, rng):
+    robot = rik.load("ur5")
+    limits = rik.JointLimits.of(robot, lower=-1e3, upper=1e3)
+    for _ in range(40):
+        q, stack = robot.random(rng), [[rik.TwistTask(rng.normal(size=6) * 10 ** rng.uniform(-1, 1))]]
+        free = rik.VelocityController(robot, rik.TaskPriority(limiter=limiter), ()).step(q, stack, 0.01).qdot
+        within = rik.VelocityController(robot, rik.TaskPriority(limiter=limiter), limits).step(q, stack, 0.01).qdot
+        share = min(1.0, float((robot.velocity_limit / np.abs(free)).min()))
+        np.testing.assert_allclose(within, share * free, rtol=1e-9, atol=1e-12)
