@@ -110,6 +110,21 @@ def row(inverse: rik.RobustInverse, made: Sequence[tuple[list[Run], np.ndarray]]
     return (named, *shares, *errors, f"{within / of:.0%}", f"{without / of:.0%}")
 
 
+def words(rows: Sequence[Sequence[str]]) -> str:
+    """Which inverses shake in no run, which of these arrives most often, and whether it is the default."""
+    calm = [each for each in rows if each[-2] == each[-1] == "0%"]
+    if not calm:
+        return "Every inverse shakes with noise and lag."
+    most = max(int(each[1].rstrip("%")) for each in calm)
+    best = [each[0] for each in calm if each[1] == f"{most}%"]
+    shaking = [each[0] for each in rows if each not in calm]
+    lines = [f"Of those that shake in no run {' and '.join(best)} arrives most often, in {most} % of the runs."]
+    lines += [f"With noise and lag {' and '.join(shaking)} shake." if shaking else "None shakes."]
+    if not any("the default" in each for each in best):
+        lines.append("The default of a controller is another one.")
+    return " ".join(lines)
+
+
 def shown(text: str) -> str:
     """Without the parameters that are all the same."""
     for same in (", gain=1.0, exponent=1.0", "gamma=", "damping=", ", squared=True"):
@@ -136,6 +151,7 @@ def main(run: Callable[..., tuple[list[Run], np.ndarray]] = measured) -> None:
     many = len(arguments.arms)
     rows = [row(each, made[many * place : many * (place + 1)]) for place, each in enumerate(INVERSES)]
     publish(markdown(COLUMNS, rows), PAGE, MARK, write=arguments.write)
+    publish(words(rows), PAGE, f"{MARK}_words", write=arguments.write)
 
 
 if __name__ == "__main__":

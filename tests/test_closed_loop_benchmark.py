@@ -279,10 +279,21 @@ def test_the_table_of_inverses_has_a_line_for_each_and_marks_the_default(monkeyp
     monkeypatch.setattr(default_inverse, "ProcessPoolExecutor", ThreadPoolExecutor)
     default_inverse.main()
     lines = capsys.readouterr().out.strip().splitlines()
-    assert [line.split("|")[1].strip() for line in lines[2:]] == [
+    assert [line.split("|")[1].strip() for line in lines[2:4]] == [
         "`JParse(0.02)`, the default",
         "`DampedLeastSquares(0.1)`",
     ]
+
+
+def test_words_about_inverses_follow_from_the_table():
+    rows = [["`A`", "40%", "0%", "0%"], ["`B`, the default", "50%", "0%", "0%"], ["`C`", "60%", "2%", "0%"]]
+    said = default_inverse.words(rows)
+    assert said.startswith("Of those that shake in no run `B`, the default arrives most often, in 50 % of the runs.")
+    assert said.endswith("With noise and lag `C` shake.")
+    rows[0][1] = "55%"
+    assert "`A` arrives most often, in 55 %" in default_inverse.words(rows)
+    assert default_inverse.words(rows).endswith("The default of a controller is another one.")
+    assert default_inverse.words(rows[2:]) == "Every inverse shakes with noise and lag."
 
 
 def test_a_controller_that_is_told_nothing_has_the_inverse_that_was_measured():
