@@ -23,6 +23,7 @@ from benchmarks.loop_contenders import Answer
 from benchmarks.loop_runs import ARMS, random_runs
 from benchmarks.loop_verdicts import Run, short, summary
 from benchmarks.peers.loops import Loop, Servo, driven
+from benchmarks.peers.ours import parts, robot_of
 from benchmarks.tables import markdown, parser, publish
 
 PAGE, MARK = "closed_loop.md", "default_inverse"
@@ -46,19 +47,8 @@ COLUMNS = (
 
 def servo(inverse: rik.RobustInverse, loop: Loop, *, limited: bool = True) -> Servo:
     """A controller as `benchmarks.closed_loop` runs it."""
-    robot = rik.load(loop.urdf, tip=loop.tips[0], whole_tree=len(loop.tips) > 1)
-    limits = [rik.JointLimits.of(robot)] if limited else []
-    controller = rik.VelocityController(robot, inverse, limits)
-    caps = {"max_linear": loop.caps[0] / loop.gain, "max_angular": loop.caps[1] / loop.gain}
-
-    def step(q: np.ndarray, targets: np.ndarray) -> np.ndarray:
-        hands = [rik.FrameTask(target, loop.gain, frame=tip, **caps) for target, tip in zip(targets, loop.tips)]
-        return controller.step(q, [hands], loop.dt).qdot
-
-    def poses(q: np.ndarray) -> np.ndarray:
-        return np.array([robot.pose(q, tip) for tip in loop.tips])
-
-    return Servo(step, poses, controller.reset)
+    robot = robot_of(loop)
+    return Servo(*parts(robot, inverse, [rik.JointLimits.of(robot)] if limited else (), loop))
 
 
 def shakes(qdot: np.ndarray, dt: float) -> bool:

@@ -108,7 +108,7 @@ def _sources(script: str) -> bytes:
     scripts = environments.SCRIPTS
     files = [scripts / "loops.py", scripts / "looping.py", scripts / f"{script}_loop.py"]
     if script == "robust_ik":
-        files += sorted(Path(rik.__file__).parent.rglob("*.py"))
+        files += [scripts / "ours.py", *sorted(Path(rik.__file__).parent.rglob("*.py"))]
     else:
         files.append(scripts / f"requirements-{script}.txt")
     return _digest(*(path.read_bytes() for path in files if path.is_file()))

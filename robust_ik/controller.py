@@ -32,9 +32,10 @@ SHARES = (0.5, 0.25, 0.1, 0.03, 0.01, 0.0)
 """How much of its speed is left to a step that no resolving makes keep its limits."""
 
 GAMMA = 0.02
-"""γ of the J-PARSE that a controller has which is told nothing: of those that stay calm with noise and lag on twelve
-arms, the one that gets to most targets (`python -m benchmarks.default_inverse`). The paper's 0.1 creeps near singular
-configurations; within limits of joint speed nothing speaks for it."""
+"""γ of the J-PARSE of a controller that is told nothing; `benchmarks/default_inverse.py` measures others beside it.
+
+A larger γ, such as the paper's 0.1, creeps near singular configurations; a smaller one shakes with noise and lag.
+"""
 SLOWER = 20
 """How often a step is made slower that its tasks do not allow."""
 

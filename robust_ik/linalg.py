@@ -213,17 +213,17 @@ def null_projector(J: ArrayLike) -> Array:
 
 
 def length(vector: Array) -> float:
-    """‖x‖ of one vector, (n,), also where squares would overflow or vanish."""
-    largest = float(np.abs(vector).max(initial=0.0))
-    if largest == 0 or SQUARED[0] < largest < SQUARED[1]:
-        return float(np.linalg.norm(vector))
-    return largest * float(np.linalg.norm(vector / largest))
+    """‖x‖ of one vector, (n,); see `norms`."""
+    return float(norms(vector))
 
 
-def lengths(vectors: Array) -> Array:
+def norms(vectors: Array) -> Array:
     """‖x‖ of vectors, (..., n) → (...), also where squares would overflow or vanish."""
     largest = np.abs(vectors).max(axis=-1, initial=0.0)
-    unit = np.where(largest > 0, largest, 1.0)
+    usual = (largest == 0) | ((SQUARED[0] < largest) & (largest < SQUARED[1]))
+    if usual.all():
+        return np.asarray(np.linalg.norm(vectors, axis=-1))
+    unit = np.where(usual, 1.0, largest)
     return np.asarray(unit * np.linalg.norm(vectors / unit[..., None], axis=-1))
 
 

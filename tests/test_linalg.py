@@ -130,7 +130,7 @@ def test_what_overflows_is_refused_or_infinite():
 def test_a_length_is_the_same_share_of_a_vector_whatever_its_size(size):
     vector = size * np.array([3.0, -4.0, 0.0])
     assert_allclose(linalg.length(vector), 5 * size, rtol=1e-12)
-    assert_allclose(linalg.lengths(np.stack([vector, vector / 4])), [5 * size, 5 * size / 4], rtol=1e-12, atol=1e-323)
+    assert_allclose(linalg.norms(np.stack([vector, vector / 4])), [5 * size, 5 * size / 4], rtol=1e-12, atol=1e-323)
 
 
 def test_the_length_of_nothing_is_nothing():

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
 import robust_ik as rik
 
 INVERSE = rik.JParse(0.02)
@@ -18,3 +23,33 @@ METHODS: dict[str, rik.Resolver] = {
     "WeightedPriority()": rik.WeightedPriority(INVERSE),
 }
 """By what they differ in from a controller that is told nothing."""
+
+
+Parts = tuple[Callable[[np.ndarray, np.ndarray], np.ndarray], Callable[[np.ndarray], np.ndarray], Callable[[], None]]
+
+
+def parts(robot: rik.Robot, resolver: Any, limits: Sequence[rik.Limit], loop: Any) -> Parts:
+    """What `loops.Servo` is made of, for a controller that drives the tools of a `loops.Loop` to their targets.
+
+    Args:
+        robot: The loop's.
+        resolver: A resolver or an inverse.
+        limits: The strongest first; () for none.
+        loop: Gain, caps, tools and dt.
+    """
+    controller = rik.VelocityController(robot, resolver, limits)
+    caps = {"max_linear": loop.caps[0] / loop.gain, "max_angular": loop.caps[1] / loop.gain}
+
+    def step(q: np.ndarray, targets: np.ndarray) -> np.ndarray:
+        hands = [rik.FrameTask(target, loop.gain, frame=tip, **caps) for target, tip in zip(targets, loop.tips)]
+        return controller.step(q, [hands], loop.dt).qdot
+
+    def poses(q: np.ndarray) -> np.ndarray:
+        return np.array([robot.pose(q, tip) for tip in loop.tips])
+
+    return step, poses, controller.reset
+
+
+def robot_of(loop: Any) -> rik.Robot:
+    """The robot of a `loops.Loop`."""
+    return rik.load(loop.urdf, tip=loop.tips[0], whole_tree=len(loop.tips) > 1)

@@ -10,7 +10,7 @@ import numpy as np
 from robust_ik.bounds import Bounds
 from robust_ik.checks import Array
 from robust_ik.limits.joint import braking_speed
-from robust_ik.linalg import lengths
+from robust_ik.linalg import norms
 from robust_ik.reaching.space import Space
 from robust_ik.tasks.frame import FrameTask
 from robust_ik.tasks.selection import indices, task_rows
@@ -59,7 +59,7 @@ class Caps:
             twists = np.concatenate([twists[..., :3] @ self.axes, twists[..., 3:] @ self.axes], axis=-1)
         kept = np.zeros(6)
         kept[list(self.rows)] = 1.0
-        linear, angular = (lengths((kept * twists)[..., part]) for part in (slice(3), slice(3, 6)))
+        linear, angular = (norms((kept * twists)[..., part]) for part in (slice(3), slice(3, 6)))
         with np.errstate(divide="ignore", invalid="ignore"):
             found = np.minimum(self.linear / linear, self.angular / angular)
         return np.where(np.isnan(found), np.inf, found)

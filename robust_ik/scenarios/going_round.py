@@ -11,10 +11,10 @@ from robust_ik.scenario import Scenario
 from robust_ik.scenarios.stretch import Stretch
 from robust_ik.tasks import Follow
 
-Motion = TypeVar("Motion", Scenario, Stretch)
+Given = TypeVar("Given", Scenario, Stretch)
 
 
-def with_reach(scenario: Motion) -> Motion:
+def with_reach(scenario: Given) -> Given:
     """The same scenario with `Reach` in the place of the `FrameTask` that keeps its tip on the path.
 
     Raises:
