@@ -11,7 +11,7 @@ import argparse
 import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from rich.console import Console
@@ -21,8 +21,8 @@ import robust_ik as rik
 from benchmarks.closed_loop import judge_of, judged
 from benchmarks.loop_contenders import Answer
 from benchmarks.loop_runs import ARMS, random_runs
-from benchmarks.loop_verdicts import Run, short, summary
-from benchmarks.peers.loops import Loop, Servo, driven
+from benchmarks.loop_verdicts import Run, listed, short, summary
+from benchmarks.peers.loops import Loop, Servo, driven, rotation_vector
 from benchmarks.peers.ours import parts, robot_of
 from benchmarks.tables import markdown, parser, publish
 
@@ -39,16 +39,19 @@ AWAY = 2.0
 """How much further off targets are that are out of reach, m."""
 SHAKING, HELD = 20.0, 20.0
 """A joint shakes whose acceleration changes by over so many times what noise makes of one held by such a gain, 1/s."""
+ACCELERATION = 5.0
+"""Limits of the runs that look how much too fast a tool gets, rad/s²."""
 COLUMNS = (
     "inverse", "reached", "stuck", "still moving", "chattering", "error [mm]: median", "p90",
-    "noise and lag: shaking within limits", "without limits",
+    "acceleration limits: fastest tool, of its cap: p90", "noise and lag: shaking within limits", "without limits",
 )  # fmt: skip
 
 
-def servo(inverse: rik.RobustInverse, loop: Loop, *, limited: bool = True) -> Servo:
+def servo(inverse: rik.RobustInverse, loop: Loop, *, limited: bool = True, acceleration: float = math.inf) -> Servo:
     """A controller as `benchmarks.closed_loop` runs it."""
     robot = robot_of(loop)
-    return Servo(*parts(robot, inverse, [rik.JointLimits.of(robot)] if limited else (), loop))
+    limits = [rik.JointLimits.of(robot, acceleration=acceleration)] if limited else ()
+    return Servo(*parts(robot, inverse, limits, loop))
 
 
 def shakes(qdot: np.ndarray, dt: float) -> bool:
@@ -77,41 +80,77 @@ def noisy(servo: Servo, loop: Loop, pair: int) -> bool:
     return shakes(np.array(asked[-round(0.5 / loop.dt) :]), loop.dt)
 
 
-def measured(task: tuple[rik.RobustInverse, str, int, float]) -> tuple[list[Run], np.ndarray]:
-    """One inverse on one arm: its exact runs, and how many noisy ones shake within limits and without, of how many."""
+def fastest(servo: Servo, loop: Loop, pair: int) -> float:
+    """How fast a tool ever is, of what its task allows: acceleration limits do not let joints slow down at once."""
+    q, before, most = loop.q[pair], servo.poses(loop.q[pair]), 0.0
+    servo.begin()
+    for _ in range(round(SECONDS / loop.dt)):
+        q = q + loop.dt * servo.step(q, loop.targets[pair])
+        now = servo.poses(q)
+        for old, new in zip(before, now):
+            turn = rotation_vector(new[:3, :3] @ old[:3, :3].T)
+            speeds = np.array([np.linalg.norm(new[:3, 3] - old[:3, 3]), np.linalg.norm(turn)]) / loop.dt
+            most = max(most, float((speeds / loop.caps).max()))
+        before = now
+    return most
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """One inverse on one arm.
+
+    Attributes:
+        runs: The exact ones.
+        fastest: Of the tool in runs with acceleration limits, as shares of its cap, (pairs,).
+        shaking: In how many noisy runs a joint shakes, within limits and without, (2,).
+    """
+
+    runs: list[Run]
+    fastest: np.ndarray
+    shaking: np.ndarray
+
+
+def measured(task: tuple[rik.RobustInverse, str, int, float]) -> Measured:
+    """An inverse, an arm, how many pairs, and seconds at the most."""
     inverse, arm, pairs, seconds = task
     loop, place = random_runs(arm, pairs, seconds), judge_of(arm)
-    exact = servo(inverse, loop)
+    exact, slow = servo(inverse, loop), servo(inverse, loop, acceleration=ACCELERATION)
     runs = [driven(exact, loop, q, targets) for q, targets in zip(loop.q, loop.targets)]
-    coarse, counts = replace(beyond(loop), dt=DT), np.array([0, 0, pairs])
-    for column, limited in enumerate((True, False)):
+    coarse, shaking = replace(beyond(loop), dt=DT), []
+    for limited in (True, False):
         driver = servo(inverse, coarse, limited=limited)
-        counts[column] = sum(noisy(driver, coarse, pair) for pair in range(pairs))
-    return judged(arm, loop, place, Answer(rik.__version__, runs)), counts
+        shaking.append(sum(noisy(driver, coarse, pair) for pair in range(pairs)))
+    speeds = np.array([fastest(slow, loop, pair) for pair in range(pairs)])
+    return Measured(judged(arm, loop, place, Answer(rik.__version__, runs)), speeds, np.array(shaking))
 
 
-def row(inverse: rik.RobustInverse, made: Sequence[tuple[list[Run], np.ndarray]]) -> tuple[str, ...]:
+def row(inverse: rik.RobustInverse, made: Sequence[Measured]) -> tuple[str, ...]:
     """A line of the table."""
-    found = summary([run for runs, _ in made for run in runs])
-    within, without, of = np.sum([counts for _, counts in made], axis=0)
+    found = summary([run for each in made for run in each.runs])
     shares = (f"{found[name] / found['runs']:.0%}" for name in ("reached", "stuck", "moving", "chatters"))
     errors = (short(1e3 * found["position_m"][which]) for which in ("median", "p90"))
+    speed = f"{np.quantile(np.concatenate([each.fastest for each in made]), 0.9):.1f}"
+    shaking = (f"{count / found['runs']:.0%}" for count in np.sum([each.shaking for each in made], axis=0))
     named = f"`{shown(repr(inverse))}`" + (", the default" if inverse == default() else "")
-    return (named, *shares, *errors, f"{within / of:.0%}", f"{without / of:.0%}")
+    return (named, *shares, *errors, speed, *shaking)
 
 
 def words(rows: Sequence[Sequence[str]]) -> str:
-    """Which inverses shake in no run, which of these arrives most often, and whether it is the default."""
+    """Which inverses shake in no run, which of these arrives most often, and what the default does beside it."""
     calm = [each for each in rows if each[-2] == each[-1] == "0%"]
     if not calm:
         return "Every inverse shakes with noise and lag."
-    most = max(int(each[1].rstrip("%")) for each in calm)
-    best = [each[0] for each in calm if each[1] == f"{most}%"]
     shaking = [each[0] for each in rows if each not in calm]
-    lines = [f"Of those that shake in no run {' and '.join(best)} arrives most often, in {most} % of the runs."]
-    lines += [f"With noise and lag {' and '.join(shaking)} shake." if shaking else "None shakes."]
-    if not any("the default" in each for each in best):
-        lines.append("The default of a controller is another one.")
+    best = max(calm, key=lambda each: int(each[1].rstrip("%")))
+    other = f", in some of {listed(shaking)} one does." if shaking else "."
+    lines = [f"In no run of {listed([each[0] for each in calm])} a joint shakes{other}"]
+    lines.append(
+        f"Of these {best[0]} arrives most often: in {best[1]} of the runs, tools at up to {best[-3]} × their cap."
+    )
+    for each in rows:
+        if "the default" in each[0] and each is not best:
+            is_calm = "calm" if each in calm else "not calm"
+            lines.append(f"The default arrives in {each[1]}, tools at up to {each[-3]} × their cap; it is {is_calm}.")
     return " ".join(lines)
 
 
@@ -127,7 +166,7 @@ def default() -> rik.RobustInverse:
     return rik.VelocityController(rik.load("planar_2r")).resolver.inverse  # type: ignore[attr-defined,no-any-return]
 
 
-def main(run: Callable[..., tuple[list[Run], np.ndarray]] = measured) -> None:
+def main(run: Callable[..., Measured] = measured) -> None:
     options = parser(__doc__, PAGE)
     options.add_argument("--pairs", type=int, default=4, help="starts and targets for each arm")
     options.add_argument("--seconds", type=float, default=15.0, help="how long an exact run takes at the most")

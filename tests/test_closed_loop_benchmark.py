@@ -280,20 +280,39 @@ def test_the_table_of_inverses_has_a_line_for_each_and_marks_the_default(monkeyp
     default_inverse.main()
     lines = capsys.readouterr().out.strip().splitlines()
     assert [line.split("|")[1].strip() for line in lines[2:4]] == [
-        "`JParse(0.02)`, the default",
+        "`JParse(0.05)`, the default",
         "`DampedLeastSquares(0.1)`",
     ]
 
 
 def test_words_about_inverses_follow_from_the_table():
-    rows = [["`A`", "40%", "0%", "0%"], ["`B`, the default", "50%", "0%", "0%"], ["`C`", "60%", "2%", "0%"]]
+    rows = [
+        ["`A`", "40%", "1.1", "0%", "0%"],
+        ["`B`, the default", "50%", "1.5", "0%", "0%"],
+        ["`C`", "60%", "2.5", "2%", "0%"],
+    ]
     said = default_inverse.words(rows)
-    assert said.startswith("Of those that shake in no run `B`, the default arrives most often, in 50 % of the runs.")
-    assert said.endswith("With noise and lag `C` shake.")
+    assert "of `A`; `B`, the default a joint shakes, in some of `C` one does" in said
+    assert said.endswith("`B`, the default arrives most often: in 50% of the runs, tools at up to 1.5 × their cap.")
     rows[0][1] = "55%"
-    assert "`A` arrives most often, in 55 %" in default_inverse.words(rows)
-    assert default_inverse.words(rows).endswith("The default of a controller is another one.")
+    said = default_inverse.words(rows)
+    assert "`A` arrives most often: in 55%" in said
+    assert said.endswith("The default arrives in 50%, tools at up to 1.5 × their cap; it is calm.")
+    rows[1][-1] = "1%"
+    assert default_inverse.words(rows).endswith("it is not calm.")
     assert default_inverse.words(rows[2:]) == "Every inverse shakes with noise and lag."
+
+
+def test_a_tool_that_acceleration_limits_keep_from_slowing_down_is_told_to_be_too_fast():
+    loop = random_runs("ur5", 1, 0.5)
+    robot, way = bare("ur5")[0], np.ones(6)
+
+    def drive(speed):
+        return Servo(lambda q, _: speed * way, lambda q: robot.pose(q)[None])
+
+    slow, fast = (default_inverse.fastest(drive(speed), loop, 0) for speed in (0.01, 0.1))
+    assert 0 < slow < 1
+    np.testing.assert_allclose(fast, 10 * slow, rtol=0.3)
 
 
 def test_a_controller_that_is_told_nothing_has_the_inverse_that_was_measured():

@@ -93,7 +93,7 @@ def test_what_can_be_reached_is_within_all_limits_and_in_time(name):
 def test_the_plain_servo_does_not_get_where_reach_does():
     robot = rik.load("z1")
     missed = 0
-    for q0, target in pairs(robot, 4):
+    for q0, target in pairs(robot, 8):
         straight = rik.simulate(robot, None, rik.FrameTask(target, **CAPS), q0, duration=8, dt=DT)
         missed += np.linalg.norm(straight.final_error) > 1e-2
     assert missed >= 2
