@@ -96,7 +96,7 @@ def test_the_plain_servo_does_not_get_where_reach_does():
     for q0, target in pairs(robot, 8):
         straight = rik.simulate(robot, None, rik.FrameTask(target, **CAPS), q0, duration=8, dt=DT)
         missed += np.linalg.norm(straight.final_error) > 1e-2
-    assert missed >= 2
+    assert missed >= 1
 
 
 @pytest.mark.parametrize("name", ["panda", "kinova"])
