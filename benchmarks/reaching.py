@@ -3,7 +3,8 @@
 `python -m benchmarks.reaching` runs every arm within its joint and speed limits, tool speeds capped; `--limits` takes
 acceleration limits, or a table with collision limits in their place. Two thirds of the targets are poses of random
 configurations within the limits, the others lie out of reach. The time is told as a multiple of what the quickest
-straight way through joint space to a solution takes at the same limits and caps, the time of servoing aside.
+straight way through joint space to a solution takes at the same limits and caps, the time of servoing aside. With
+`--gamma` the controller has another J-PARSE than it has by default; such tables are only printed.
 """
 
 from __future__ import annotations
@@ -92,10 +93,12 @@ def least_time(robot: rik.Robot, task: rik.Reach, limits: list[rik.Limit], q: np
     return min(Path(space, np.stack([start, goal]), caps).duration for goal in goals)
 
 
-def run(robot: rik.Robot, limits: list[rik.Limit], q: np.ndarray, target: np.ndarray) -> Outcome:
+def run(
+    robot: rik.Robot, limits: list[rik.Limit], q: np.ndarray, target: np.ndarray, inverse: rik.JParse | None = None
+) -> Outcome:
     """One closed loop, until it rests."""
     task = rik.Reach(target, gain=GAIN, max_linear=LINEAR, max_angular=ANGULAR)
-    controller, start = rik.VelocityController(robot, limits=limits), q
+    controller, start = rik.VelocityController(robot, inverse, limits), q
     worst, straight, reached, went_round, speeds, previous = 0.0, 0.0, np.inf, False, [np.inf], np.zeros(robot.n)
     error = np.inf
     for step in range(int(LONGEST / DT)):
@@ -129,11 +132,11 @@ def targets(robot: rik.Robot, limits: list[rik.Limit], count: int) -> list[tuple
     return found
 
 
-def row(name: str, kind: str, count: int) -> tuple[str, ...]:
+def row(name: str, kind: str, count: int, inverse: rik.JParse | None = None) -> tuple[str, ...]:
     """An arm's line of the table."""
     robot = rik.load(name)
     limits = limits_of(robot, kind)
-    made = [run(robot, limits, q, target) for q, target in targets(robot, limits, count)]
+    made = [run(robot, limits, q, target, inverse) for q, target in targets(robot, limits, count)]
     near, far = [each for each in made if each.solvable], [each for each in made if not each.solvable]
     there = [each for each in near if each.error < REACHED]
     ratios = [max(each.ratio, 0.0) for each in there]
@@ -150,13 +153,15 @@ def main() -> None:
     options.add_argument("--pairs", type=int, default=60, help="of every arm")
     options.add_argument("--arms", nargs="+", default=ARMS)
     options.add_argument("--limits", choices=KINDS, default="speed")
+    options.add_argument("--gamma", type=float, help="of the J-PARSE; default that of a controller")
     arguments = options.parse_args()
+    inverse = None if arguments.gamma is None else rik.JParse(arguments.gamma)
     rows = []
     for name in arguments.arms:
         progress.print(f"{name}: {arguments.pairs} runs")
-        rows.append(row(name, arguments.limits, arguments.pairs))
+        rows.append(row(name, arguments.limits, arguments.pairs, inverse))
     mark = {"speed": "reaching", "acceleration": "reaching-acceleration", "table": "reaching-table"}[arguments.limits]
-    publish(markdown(COLUMNS, rows), "task_stacks.md", mark, write=arguments.write)
+    publish(markdown(COLUMNS, rows), "task_stacks.md", mark, write=arguments.write and inverse is None)
 
 
 if __name__ == "__main__":

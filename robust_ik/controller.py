@@ -34,8 +34,8 @@ SHARES = (0.5, 0.25, 0.1, 0.03, 0.01, 0.0)
 GAMMA = 0.05
 """γ of the J-PARSE of a controller that is told nothing; `benchmarks/default_inverse.py` measures others beside it.
 
-A larger γ, such as the paper's 0.1, creeps near singular configurations. A smaller one has joints go so fast there that
-acceleration limits let the tool overshoot its cap, and in the end it shakes with noise and lag.
+A larger γ, such as the paper's 0.1, creeps near singular configurations; a smaller one overshoots caps of the tool's
+speed on more arms within acceleration limits (`benchmarks/reaching.py --gamma`), and in the end shakes with noise.
 """
 SLOWER = 20
 """How often a step is made slower that its tasks do not allow."""
