@@ -144,13 +144,11 @@ def words(rows: Sequence[Sequence[str]]) -> str:
     best = max(calm, key=lambda each: int(each[1].rstrip("%")))
     other = f", in some of {listed(shaking)} one does." if shaking else "."
     lines = [f"In no run of {listed([each[0] for each in calm])} a joint shakes{other}"]
-    lines.append(
-        f"Of these {best[0]} arrives most often: in {best[1]} of the runs, tools at up to {best[-3]} × their cap."
-    )
+    lines.append(f"Of these {best[0]} arrives most often: in {best[1]} of the runs.")
     for each in rows:
         if "the default" in each[0] and each is not best:
             is_calm = "calm" if each in calm else "not calm"
-            lines.append(f"The default arrives in {each[1]}, tools at up to {each[-3]} × their cap; it is {is_calm}.")
+            lines.append(f"The default arrives in {each[1]}; it is {is_calm}.")
     return " ".join(lines)
 
 
