@@ -40,6 +40,12 @@ speed on more arms within acceleration limits (`benchmarks/reaching.py --gamma`)
 SLOWER = 20
 """How often a step is made slower that its tasks do not allow."""
 
+HALVINGS = 8
+"""Between a step that its tasks do not allow and braking."""
+
+TINY = 1e-300
+"""In place of dividing by zero."""
+
 
 class VelocityController:
     """Turns a stack of tasks into joint velocities that respect limits, step after step.
@@ -149,15 +155,47 @@ class VelocityController:
     def _within_shares(self, q: Array, problem: VelocityProblem, found: Resolution) -> Resolution:
         """The part of the motion that drives allow, as far as bounds let it be slower."""
         qdot, bounds, kept = found.qdot, problem.bounds, 1.0
-        for _ in range(SLOWER):  # joints that acceleration limits hold cannot be slower: then the others are
-            share = min((drive.share(q, qdot) for drive in self._drives.values()), default=1.0)
+        for _ in range(SLOWER):
+            share = self._share(q, qdot)
+            if share >= 1:
+                break
             slower = np.clip(share * qdot, bounds.lower, bounds.upper)
-            if share >= 1 or not bounds.contains(slower):
+            if bounds.last is not None and not bounds.contains(share * qdot):  # joints cannot brake as hard as that
+                qdot, along = self._nearer_to_braking(q, bounds, bounds.last, qdot)
+                kept = along * kept
+                break
+            if not bounds.contains(slower):
                 break
             qdot, kept = slower, share * kept
-        if kept == 1.0:
+        if qdot is found.qdot:
             return found
         return self._verdict(problem, qdot, kept * found.scale, found, np.zeros(len(bounds.floor), dtype=bool))
+
+    def _share(self, q: Array, qdot: Array) -> float:
+        """The least share of a motion that drives allow."""
+        return min((drive.share(q, qdot) for drive in self._drives.values()), default=1.0)
+
+    def _nearer_to_braking(self, q: Array, bounds: Bounds, last: Array, qdot: Array) -> tuple[Array, float]:
+        """A motion that drives allow, as near to a wanted one as may be on the way to it from braking all joints.
+
+        All brake together, keeping their ratios, as hard as acceleration limits let the slowest of them; where that
+        is too slow for a joint's other limits, it brakes harder. If drives do not allow that either, it is the answer.
+
+        Returns:
+            q̇, (n,), and how much of the wanted motion it is in its direction.
+        """
+        slowest, moving = np.clip(0.0, bounds.lower, bounds.upper), last != 0.0
+        left = np.max(np.clip(slowest[moving] / last[moving], 0.0, 1.0), initial=0.0)
+        braking = np.clip(left * last, bounds.lower, bounds.upper)
+        if not bounds.contains(braking):
+            return qdot, 1.0
+        least, most = 0.0, 1.0
+        for _ in range(HALVINGS):
+            middle = 0.5 * (least + most)
+            allowed = self._share(q, braking + middle * (qdot - braking)) >= 1
+            least, most = (middle, most) if allowed else (least, middle)
+        found = braking + least * (qdot - braking)
+        return found, float(np.clip(found @ qdot / max(float(qdot @ qdot), TINY), 0.0, 1.0))
 
     def _tightened(self, q: Array, qdot: Array, dt: float, bounds: Bounds) -> Bounds | None:
         """What a limit asks for more, if one does."""

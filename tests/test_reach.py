@@ -9,6 +9,7 @@ from numpy.testing import assert_allclose
 import robust_ik as rik
 from robust_ik.bounds import Bounds
 from robust_ik.paths import pose
+from robust_ik.reaching.braking import braked
 from robust_ik.reaching.goals import GoalFinder
 from robust_ik.reaching.path import Caps, Path, fitting_speed
 from robust_ik.reaching.space import Space
@@ -22,9 +23,11 @@ DT = 0.02
 class Run:
     """A closed loop with one `Reach`, watched; it ends where the arm rests."""
 
-    def __init__(self, robot, q0, target, limits=None, dt=DT, seconds=30.0, noise=0.0, alpha=1.0, task=None, **caps):
+    def __init__(
+        self, robot, q0, target, limits=None, dt=DT, seconds=30.0, noise=0.0, alpha=1.0, task=None, inverse=None, **caps
+    ):
         self.robot, self.caps = robot, CAPS | caps
-        controller, rng = rik.VelocityController(robot, None, limits), np.random.default_rng(5)
+        controller, rng = rik.VelocityController(robot, inverse, limits), np.random.default_rng(5)
         reach = rik.Reach(target, **self.caps) if task is None else task
         q, velocity, self.states, self.straight = moved_start(robot, q0), np.zeros(robot.n), [], 0.0
         self.reached, self.qdot, self.over, self.q = np.inf, [], [], [q]
@@ -110,12 +113,40 @@ def test_with_acceleration_limits_it_arrives_and_keeps_them(name):
         assert np.abs(np.diff(run.qdot, axis=0, prepend=0)).max() <= 6.0 * DT + 1e-9
 
 
-def test_caps_hold_where_acceleration_limits_let_some_joints_be_no_slower():
-    robot = rik.load("panda")
-    q0, target = pairs(robot, 10, seed=15)[9]
+@pytest.mark.parametrize("name", ["xarm7", "panda", "ur10", "puma560", "pa10"])
+def test_caps_hold_within_acceleration_limits_however_stiff_the_inverse(name):
+    robot = rik.load(name)
     limits = [rik.JointLimits.of(robot, acceleration=5.0)]
-    run = Run(robot, q0, target, limits, dt=0.01, seconds=1.6, max_linear=0.05, max_angular=0.2)
-    assert max(run.over) <= 1e-9
+    for q0, target in pairs(robot, 3, seed=15):
+        run = Run(robot, q0, target, limits, seconds=6.0, inverse=rik.JParse(0.01), max_linear=0.05, max_angular=0.2)
+        assert max(run.over) <= 1e-3  # from one sample of a braking to the next
+
+
+def test_a_braking_keeps_limits_and_is_as_the_controller_brakes(rng):
+    """All joints together, but for those that must stop earlier: step by step within the bounds of acceleration."""
+    robot, dt = rik.load("panda"), 0.002
+    limits = rik.JointLimits.of(robot, acceleration=5.0)
+    space = Space.of(robot, None, [limits])
+    for _ in range(20):
+        q, qdot = robot.random(rng), rng.uniform(-1, 1, robot.n) * robot.velocity_limit
+        qdot = np.clip(qdot, *limits.bounds(robot, q, qdot, dt).unhurried)  # what can still be stopped
+        gone, speeds = braked(space, q, qdot, dt)
+        assert_allclose(gone[0], 0, atol=1e-12)
+        assert_allclose(speeds[0], qdot, atol=1e-12)
+        assert ((q + gone <= robot.upper + 1e-9) & (q + gone >= robot.lower - 1e-9)).all()
+        assert (np.abs(speeds) <= np.abs(qdot) + 1e-12).all()
+        now, before, ways, velocities = q, qdot, [0 * q], [qdot]
+        while np.abs(before).max() > 1e-3 and len(ways) < 2000:
+            now = now + dt * before
+            bounds = limits.bounds(robot, now, before, dt)
+            left = max(0.0, 1 - 5.0 * dt / np.abs(before).max())
+            before = np.clip(left * before, bounds.lower, bounds.upper)
+            ways.append(now - q)
+            velocities.append(before)
+        for place, velocity in zip(gone, speeds):
+            apart = np.abs(np.array(ways) - place).max(axis=1)
+            assert apart.min() < 0.015
+            assert np.abs(velocities[int(apart.argmin())] - velocity).max() < 0.2
 
 
 def everyday():

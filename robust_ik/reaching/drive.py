@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Generator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from robust_ik.checks import Array
 from robust_ik.limits import Limit
 from robust_ik.linalg import length, singular_values
 from robust_ik.problem import TaskEquation
+from robust_ik.reaching.braking import braking_ratio
 from robust_ik.reaching.goals import GoalFinder
 from robust_ik.reaching.path import Caps, Path, fitting_speed
 from robust_ik.reaching.plan import Plan, plan, what_turns
@@ -44,9 +45,6 @@ SAME = 0.3
 """rad or m: solutions of a target that has moved are the same branch where they have moved by less."""
 AT_REST = 1e-6
 """rad/s or m/s."""
-EASED = 0.9
-"""Of what it asks for, the share that a servo with capped speed and acceleration limits gets: they do not let it brake
-at once where the caps would have it."""
 FAILED, BLOCKED = 4, 1.0
 """Ways after which no more are tried for one target, and seconds without progress after which a way is given up."""
 MOVED = 0.01
@@ -96,8 +94,8 @@ class ReachDrive(Drive):
         self.finder = GoalFinder(self.space)
         self.finder.near(task, robot.rest)  # refuses robots that it cannot serve
         self.noise, self.watch = Noise(robot), Servo(robot, self._start_time())
-        self._eased = self.space.hurried and min(task.max_linear, task.max_angular) < math.inf
-        self.time, self.text = 0.0, "servoing"
+        self._looks_ahead = self.space.hurried and min(task.max_linear, task.max_angular) < math.inf
+        self.time, self.text, self._dt = 0.0, "servoing", 0.01
         self._target: Array | None = None
         self._arrived = False
         self._failures, self._failed_at = 0, task.target
@@ -118,6 +116,7 @@ class ReachDrive(Drive):
         """See `Drive.equation`."""
         now = Now(task, q, task.equation(self.robot, q, hessian=hessian), moment, hessian)
         self.noise.add(q, moment.previous, moment.dt)
+        self._dt = moment.dt
         self._moves = self._target is not None and not np.array_equal(task.target, self._target)
         self._target, self.caps = task.target, Caps.of(task, self.space)
         equation = None
@@ -128,8 +127,10 @@ class ReachDrive(Drive):
         return equation
 
     def share(self, q: Array, qdot: Array) -> float:
-        """What caps on the tool's speed allow; see `Drive.share`."""
-        return min(1.0, float(self.caps.share(self._jacobian(q) @ qdot)))
+        """What caps on the tool's speed allow, now and while it brakes; see `Drive.share`."""
+        if not self._looks_ahead:
+            return min(1.0, float(self.caps.share(self._jacobian(q) @ qdot)))
+        return 1.0 / max(1.0, braking_ratio(self.space, self.caps, q, qdot, self._dt))
 
     # -------------------------------------------------------------------------------------------- servoing
     def _servo(self, now: Now) -> TaskEquation | None:
@@ -145,7 +146,7 @@ class ReachDrive(Drive):
                 self._begin_planning()
                 return None
             self.watch.restart()
-        return replace(now.servo, xdot=EASED * now.servo.xdot) if self._eased else now.servo
+        return now.servo
 
     def _turning(self, now: Now) -> float:
         units = scaled(now.servo, self.robot)

@@ -31,6 +31,7 @@ class Space:
         upper: The same.
         speed: The largest joint speeds, (n,), finite.
         acceleration: (n,), possibly infinite.
+        gain: 1/s, of the way to a joint limit, the share that may be used up in a second.
         watching: Limits that forbid configurations otherwise, such as collisions.
         lever: m per rad: no point of the robot is moved by more for a turn of a joint; 1 for joints that slide.
     """
@@ -42,6 +43,7 @@ class Space:
     upper: Array
     speed: Array
     acceleration: Array
+    gain: float
     watching: tuple[Limit, ...]
     lever: Array
 
@@ -60,6 +62,7 @@ class Space:
             upper=np.min([robot.upper, *(limit.upper for limit in ours)], axis=0),
             speed=np.where(np.isfinite(speed), speed, own),
             acceleration=np.min([np.full(robot.n, np.inf), *(limit.acceleration for limit in ours)], axis=0),
+            gain=min((limit.gain for limit in ours), default=np.inf),
             watching=tuple(limit for limit in limits if type(limit).spare is not Limit.spare),
             lever=np.where(robot.sliding, 1.0, max(robot.size, 1e-3)),
         )
