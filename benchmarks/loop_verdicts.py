@@ -182,8 +182,12 @@ def words(rows: Sequence[Row], settings: dict[str, Any]) -> str:
     lines = [f"{count}, {settings['seconds']:g} s each at the most."]
     calm = [row.name for row, each in found if not each["chatters"]]
     lines.append(f"Chatter in no run: {listed(calm)}.")
-    for who, mine in (("this package", True), ("the peers", False)):
-        group = [(row, each) for row, each in found if row.ours is mine]
+    ours, peers = ([pair for pair in found if pair[0].ours is mine] for mine in (True, False))
+    still = [pair for pair in peers if pair[0].name in calm]
+    groups = {"this package": ours, "the peers": peers}
+    if len(still) < len(peers):
+        groups["the peers that chatter in no run"] = still
+    for who, group in groups.items():
         if group:
             lines += best(who, group)
     broken = [f"{row.name} ({limits_kept(each)[3:]})" for row, each in found if limits_kept(each) != "yes"]

@@ -147,6 +147,10 @@ def test_the_sentences_name_who_is_calm_and_who_is_not(loop):
     assert "Chatter in no run: quiet." in text
     assert "loud chatters most, in 1 of 1 runs, at up to 1 rad/s" in text
     assert "loud did not run on other: cannot be installed." in text
+    assert "the peers that chatter in no run" not in text  # there is none
+    rows.append(Row("slow", "3", False, {"gantry": [judged(loop, np.full((200, 2), 0.004))]}, {}))
+    text = words(rows, {"pairs": 1, "arms": ["gantry"], "seconds": 2.0})
+    assert "Of the peers that chatter in no run slow reaches most targets" in text
 
 
 # ---------------------------------------------------------------------------------------------- runs
@@ -280,7 +284,7 @@ def test_the_table_of_inverses_has_a_line_for_each_and_marks_the_default(monkeyp
     default_inverse.main()
     lines = capsys.readouterr().out.strip().splitlines()
     assert [line.split("|")[1].strip() for line in lines[2:4]] == [
-        "`JParse(0.05)`, the default",
+        "`JParse(0.02)`, the default",
         "`DampedLeastSquares(0.1)`",
     ]
 

@@ -9,7 +9,7 @@ import numpy as np
 
 import robust_ik as rik
 
-INVERSE = rik.JParse(0.05)
+INVERSE = rik.JParse(0.02)
 """As a controller has it that is told nothing."""
 METHODS: dict[str, rik.Resolver] = {
     "Sliding()": rik.TaskPriority(INVERSE, rik.Sliding()),
