@@ -74,7 +74,7 @@ class VelocityController:
         Args:
             robot: The robot.
             resolver: A resolver; an inverse stands for `TaskPriority` with it; default
-                `TaskPriority(JParse(gamma=0.02))`.
+                `TaskPriority(JParse(gamma=0.02), steady=True)`.
             limits: Limits; where they contradict each other, the first wins. Default the robot's own position and
                 speed limits, `JointLimits.of(robot)`; () for none.
             length_scale: L, m per rad: rows in metres, and joints that slide, are divided by it before they are
@@ -260,7 +260,7 @@ def as_resolver(given: Resolver | RobustInverse | None) -> Resolver:
         InputError: It is neither.
     """
     if given is None:
-        return TaskPriority(JParse(gamma=GAMMA))
+        return TaskPriority(JParse(gamma=GAMMA), steady=True)
     if isinstance(given, RobustInverse):
         return TaskPriority(given)
     if not isinstance(given, Resolver):

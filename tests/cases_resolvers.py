@@ -23,6 +23,7 @@ STRICT = [
     )
 ]
 RESOLVERS = STRICT + [
+    *(kind(steady=True) for kind in (rik.TaskPriority, rik.TaskReconstruction, rik.WeightedPriority)),
     rik.WeightedPriority(),
     rik.WeightedPriority(rik.Chiaverini(), weights=(1.0,)),
     rik.TaskPriority((rik.SDLS(), rik.JParsePositionFirst(linear_rows=0), rik.Halley())),

@@ -113,7 +113,8 @@ def limits(name, surroundings):
 def draw(rng, *, arms=tuple(ARMS), surroundings=SURROUNDINGS, steps=STEPS):
     limiter, inverse = LIMITERS[rng.integers(len(LIMITERS))], INVERSES[rng.integers(len(INVERSES))]
     kind = (rik.TaskPriority, rik.DecoupledPriority, rik.TaskReconstruction, rik.WeightedPriority)[rng.integers(4)]
-    resolver = rik.WeightedPriority(inverse) if kind is rik.WeightedPriority else kind(inverse, limiter)
+    how = {"steady": bool(rng.random() < 0.5)}
+    resolver = rik.WeightedPriority(inverse, **how) if kind is rik.WeightedPriority else kind(inverse, limiter, **how)
     return Draw(
         str(rng.choice(arms)), str(rng.choice(KINDS)), resolver, bool(rng.random() < 0.3), float(rng.choice(steps)),
         bool(rng.random() < 0.5), str(rng.choice(surroundings)), int(rng.integers(1 << 30)),
@@ -174,8 +175,8 @@ def noise_shakes(qdot, dt):
 
 
 def shakes_within_limits(draw, ending, **how):
-    """Whether a motion shakes that does not without limits: no inverse is calm in steps of any length."""
-    if not ending.chatters:
-        return False
+    """Whether a motion shakes that is steady, or does not shake without limits: no inverse is calm in any steps."""
+    if not ending.chatters or draw.resolver.steady:
+        return ending.chatters
     free = replace(draw, surroundings="none")
     return not run(free, **how).chatters

@@ -11,6 +11,7 @@ from robust_ik.resolvers.fitting import Wish
 from robust_ik.resolvers.freedom import Freedom
 from robust_ik.resolvers.limiters import RISE
 from robust_ik.resolvers.motion_cost import PRICE, motion_cost
+from robust_ik.resolvers.steadying import steadied
 from tests import closed_loop
 from tests.cases_resolvers import LIMITERS, named_box, random_matrix
 from tests.conftest import moved_start
@@ -199,3 +200,63 @@ def test_a_limiter_that_stops_a_level_lets_it_go_on_slowly_and_is_itself_where_n
     alone = rik.TaskPriority(limiter=rik.Scaling())
     alone.resolve(at(0.0))
     assert alone.resolve(at(9.0)).scale == [1]
+
+
+# ---------------------------------------------------------------------------------------------- steady motion
+def test_steady_motion_leaves_alone_what_does_not_overshoot(rng):
+    """J-PARSE wherever γ² ≥ Δt ‖ẋ‖/σ₁, exact inverses where σ² ≥ Δt ‖ẋ‖ σ₁; the very same array."""
+    for _ in range(200):
+        U, V = (np.linalg.qr(rng.normal(size=(n, n)))[0] for n in (6, 7))
+        s = np.sort(10.0 ** rng.uniform(-8, 0.5, 6))[::-1]
+        reduced = Freedom.whole(7).reduce((U * s) @ V[:, :6].T)
+        x = rng.normal(size=6) * 10.0 ** rng.uniform(-9, 9)
+        gamma = rng.uniform(0.01, 0.5)
+        motion, dt = rik.JParse(gamma).solve(reduced.matrix, x), gamma**2 * s[0] / np.linalg.norm(x)
+        assert steadied(motion, reduced, x, 0.999 * dt) is motion
+        shorter = steadied(motion, reduced, x, 100 * dt)
+        along, before = reduced.motions @ shorter, reduced.motions @ motion
+        most = reduced.s / reduced.s[0] * np.abs(x @ reduced.U) / np.linalg.norm(x) / (100 * dt)
+        rounding = 1e-12 * np.abs(before).max()
+        assert (np.abs(along) <= most * (1 + 1e-9) + rounding).all()
+        np.testing.assert_allclose(along, np.clip(before, -most, most), rtol=1e-9, atol=rounding)
+
+
+def test_steady_motion_of_nothing_or_with_nothing_to_do_it_is_as_it_was():
+    J = np.zeros((3, 4))
+    motion = np.zeros(4)
+    assert steadied(motion, Freedom.whole(4).reduce(J), np.ones(3), 0.01) is motion
+    J[:, :3] = np.diag([1.0, 1e-3, 0.0])
+    reduced = Freedom.whole(4).reduce(J)
+    assert steadied(motion, reduced, np.zeros(3), 0.01) is motion
+    huge = steadied(np.full(4, 1e200), reduced, np.full(3, 1e300), 1e-3)
+    assert np.isfinite(huge).all()
+
+
+@pytest.mark.parametrize("name", ["xarm7", "ur5", "pa10", "z1"])
+def test_by_default_a_target_out_of_reach_is_waited_for_calmly_in_long_steps_too(name):
+    robot = rik.load(name)
+    for dt, speed in ((0.02, 1.0), (0.005, 2.0)):
+        _, shaking = beyond_reach(robot, None, dt, speed)
+        assert not shaking
+
+
+def test_without_being_steady_a_stiff_inverse_shakes_there():
+    robot = rik.load("xarm7")
+    stiff = rik.JParse(0.02)
+    assert beyond_reach(robot, stiff, 0.02, 1.0)[1]
+    assert not beyond_reach(robot, rik.TaskPriority(stiff, steady=True), 0.02, 1.0)[1]
+    assert not beyond_reach(robot, rik.WeightedPriority(stiff, steady=True), 0.02, 1.0)[1]
+
+
+def beyond_reach(robot, resolver, dt, speed):
+    """Joint velocities of the last half second on the way to a target far out of reach, and whether they shake."""
+    rng = np.random.default_rng(2)
+    q, target = moved_start(robot, robot.random(rng)), robot.pose(robot.random(rng))
+    target[:3, 3] *= 1.5 * robot.size / np.linalg.norm(target[:3, 3])
+    controller = rik.VelocityController(robot, resolver)
+    task, asked = rik.FrameTask(target, gain=5.0, max_linear=speed / 5.0, max_angular=0.8), []
+    for _ in range(int(8.0 / dt)):
+        asked.append(controller.step(q, task, dt).qdot)
+        q = robot.integrate(q, dt * asked[-1])
+    last = np.array(asked[-int(0.5 / dt) :])
+    return last, closed_loop.shaking(last, robot.velocity_limit)

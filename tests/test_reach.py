@@ -13,6 +13,7 @@ from robust_ik.reaching.braking import braked
 from robust_ik.reaching.goals import GoalFinder
 from robust_ik.reaching.path import Caps, Path, fitting_speed
 from robust_ik.reaching.space import Space
+from robust_ik.scenarios import stretch, with_reach
 from tests.conftest import moved_start
 
 ARMS = ("xarm7", "panda", "ur5", "z1", "kinova")
@@ -432,3 +433,22 @@ def test_a_frame_that_no_joint_moves_is_left_alone():
     robot = rik.load("panda", whole_tree=True)
     step = rik.VelocityController(robot).step(robot.rest, rik.Reach(np.eye(4), frame="panda_link0"), DT)
     assert not step.qdot.any()
+
+
+@pytest.mark.parametrize("name", ["xarm7", "puma560"])
+def test_out_of_reach_it_does_not_swing_about_where_straight_on_is_as_good(name):
+    """The demo: the target leaves the arm's reach, waits, and comes back."""
+    scenario = with_reach(stretch(rik.load(name)))
+    motion = rik.Follow(scenario.path, gain=5.0, max_linear=scenario.max_linear, max_angular=0.5, task=rik.Reach)
+    robot, q = scenario.robot, scenario.q0
+    controller, went = rik.VelocityController(robot, limits=scenario.limits), []
+    for time in np.arange(0.0, scenario.path.duration, scenario.dt):
+        stack = motion(time)
+        q = robot.integrate(q, scenario.dt * controller.step(q, stack, scenario.dt).qdot)
+        beyond = not robot.solve_pose(stack[0][0].target, q).solved if round(time, 2) % 0.5 == 0 else False
+        went.append((stack[0][0].state, beyond))
+    states = [state for state, beyond in went if beyond]
+    assert len(states) > 5
+    assert not any(state.startswith(("planning", "going round")) for state in states)
+    assert any(state.startswith("out of reach by ") for state in states)
+    assert np.linalg.norm(robot.pose(q)[:3, 3] - scenario.path(scenario.path.duration)[:3, 3]) < 1e-3

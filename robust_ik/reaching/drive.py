@@ -35,6 +35,8 @@ PATIENCE = 1.5, 3.0
 """How often the time that the joints would need, and how often the time in which it is asked for, a servo may take."""
 ALL_BUT = 0.01
 """Of what a target out of reach is missed by, the share by which the servo may miss more."""
+NO_NEARER = 1e-3
+"""Of that, what a servo out of reach must gain in a window to go on."""
 PIECES = 20
 """Of a search, in one step."""
 FEEDBACK, MOST_FEEDBACK = 5.0, 0.3
@@ -99,6 +101,8 @@ class ReachDrive(Drive):
         self._target: Array | None = None
         self._arrived = False
         self._failures, self._failed_at = 0, task.target
+        self._missed = self._was_missed = math.inf
+        self._follows = self._holds = False
         self._break, self._begin_after, self._ended = FIRST_BREAK, 0.0, -math.inf
         self._search: Generator[None, None, Plan] | None = None
         self._point = self._goal = np.zeros(robot.n)
@@ -143,10 +147,40 @@ class ReachDrive(Drive):
             self.watch.restart()
         elif self.watch.due:
             if self.time >= self._begin_after and self._stalls(now):
-                self._begin_planning()
+                if self._is_closest(now):
+                    self._was_missed, self._holds = self.watch.error, False
+                    self.watch.restart()
+                    self._act = self._servo_from_afar
+                else:
+                    self._begin_planning()
                 return None
             self.watch.restart()
         return now.servo
+
+    def _servo_from_afar(self, now: Now) -> TaskEquation | None:
+        """The straight way on to a target out of reach that leads to as good as the closest pose; there it holds."""
+        self.watch.add(now.q, now.servo, now.moment.dt)
+        self._follows = self._follows or self._moves
+        if self.watch.due:
+            led_on = not self._follows and self.watch.error <= (1 + ALL_BUT) * self._missed
+            if not led_on and not self._is_closest(now):
+                self._back_to_servo()
+                return None
+            gained, self._was_missed = self._was_missed - self.watch.error, self.watch.error
+            if not self._follows and not self._holds and gained <= NO_NEARER * self._missed:
+                self._goal, self._holds = self.space.values(now.q), True
+            self._follows = False
+            self.watch.restart()
+        self._holds = self._holds and not self._moves
+        self.text = f"out of reach by {in_words(apart(now.servo))}: waiting there"
+        return self._towards(now, self._goal) if self._holds else now.servo
+
+    def _is_closest(self, now: Now) -> bool:
+        """Whether the target is out of reach, and no configuration comes nearer to it but by next to nothing."""
+        if self.finder.near(now.task, now.q).solved:
+            return False
+        self._missed = self.finder.missed(self.finder.closest(now.task, now.q))
+        return self.watch.error <= (1 + ALL_BUT) * self._missed
 
     def _turning(self, now: Now) -> float:
         units = scaled(now.servo, self.robot)
@@ -346,6 +380,12 @@ class ReachDrive(Drive):
     @staticmethod
     def _feedback(dt: float) -> float:
         return min(FEEDBACK, MOST_FEEDBACK / dt)
+
+
+def apart(equation: TaskEquation) -> tuple[float, float]:
+    """How far a frame is from where it should be, m, and rad."""
+    lengths = np.zeros(len(equation.xdot), dtype=bool) if equation.lengths is None else equation.lengths
+    return length(equation.error[lengths]), length(equation.error[~lengths])
 
 
 def in_words(error: tuple[float, float]) -> str:

@@ -46,6 +46,11 @@ class GoalFinder:
         solver, target = self._solver(task)
         return solver.solve(target, q)
 
+    def closest(self, task: FrameTask, q: Array) -> PoseResult:
+        """The same, searched for as thoroughly as may be."""
+        solver, target = self._solver(task)
+        return solver.solve(target, q, effort="thorough")
+
     def all(self, task: FrameTask, x: Array) -> Goals:
         """Many solutions, or the closest configuration; by full turns as near to x, (n,), as can be."""
         solver, target = self._solver(task)

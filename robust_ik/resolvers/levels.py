@@ -9,6 +9,7 @@ from typing import Self
 
 import numpy as np
 
+from robust_ik.boundary import check_type
 from robust_ik.checks import Array, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.inverses import RobustInverse
@@ -21,6 +22,7 @@ from robust_ik.resolvers.fitting import Wish
 from robust_ik.resolvers.freedom import Freedom, Reduced
 from robust_ik.resolvers.limiters import Eased, Limiter, Sliding
 from robust_ik.resolvers.ramp import ramped
+from robust_ik.resolvers.steadying import steadied
 from robust_ik.resolvers.verdict import verdict
 
 
@@ -64,10 +66,13 @@ class PriorityResolver(InverseResolver):
         limiter: How a level's motion is fitted into the bounds.
         release: Task directions with σ ≤ release·σ₁ are left to lower levels; 0 for none. More than 0 lets lower levels
             use a joint direction that a singularity frees, at the price of a jump and of moving the task by that much.
+        steady: Whether a level goes no further in a step than it can without overshooting, whatever its inverse, see
+            `steadying`. In fast motion and long steps directions are then given up earlier than the inverse would.
     """
 
     limiter: Limiter = field(default_factory=Sliding)
     release: float = 0.0
+    steady: bool = field(default=False, kw_only=True)
     _eased: tuple[Eased, ...] = field(default=(), init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -77,6 +82,7 @@ class PriorityResolver(InverseResolver):
                 f"limiter must be Sliding(), Saturation(), QuadraticProgram() or Scaling(), got {self.limiter!r}"
             )
         checked_parameter("release", self.release, least=0, below=1)
+        check_type("steady", self.steady, "bool")
 
     def begin(self, dt: float) -> Self:
         """See `Resolver.begin`; limiters that stop a level as a whole let it go on slowly."""
@@ -105,6 +111,8 @@ class PriorityResolver(InverseResolver):
             reduced = (*reduced, freedom.reduce(equation.J, self.release))
             settled = Settled(lasting, index, self.inverse_of(index), qdot, freedom, reduced)
             motion = freedom.project(self.motion(settled))
+            if self.steady:
+                motion = steadied(motion, reduced[-1], settled.missing, problem.dt)
             stride = problem.dt * length(settled.missing)
             wish = Wish(qdot, motion, reduced[-1], freedom, bounds, stride)
             change, scale = self._limiter_of(index).limit(wish)

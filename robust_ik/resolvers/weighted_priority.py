@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 import numpy as np
 
+from robust_ik.boundary import check_type
 from robust_ik.checks import Array, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.linalg import length
@@ -19,6 +20,7 @@ from robust_ik.resolvers.filtered import filtered_motion
 from robust_ik.resolvers.freedom import Freedom
 from robust_ik.resolvers.motion_cost import motion_cost
 from robust_ik.resolvers.qp import REGULARISATION, check_backend, share_of, solve_within
+from robust_ik.resolvers.steadying import steadied
 from robust_ik.resolvers.verdict import reductions, verdict
 
 
@@ -33,11 +35,13 @@ class WeightedPriority(InverseResolver):
         inverse: The robust inverse of every level, or a sequence of them, the last one serving all further levels.
         weights: Weight of every level, > 0; the last two go on as a geometric row: (1, 1e-3) weighs the third 1e-6.
         backend: A solver that qpsolvers knows; "daqp" comes with this package.
+        steady: Whether a level asks for no more in a step than it can have without overshooting, see `steadying`.
     """
 
     source: ClassVar[str] = "Escande-Mansard-Wieber 2014, the weighted case, on filtered tasks"
     weights: Sequence[float] = (1.0, 1e-3)
     backend: str = "daqp"
+    steady: bool = field(default=False, kw_only=True)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -46,6 +50,7 @@ class WeightedPriority(InverseResolver):
             raise InputError(f"weights must be one number > 0 for each level, got {self.weights!r}")
         object.__setattr__(self, "weights", tuple(checked_parameter("weights", each, above=0) for each in given))
         check_backend(self.backend)
+        check_type("steady", self.steady, "bool")
 
     def weight_of(self, level: int) -> float:
         """The weight of a level, from 0."""
@@ -94,7 +99,10 @@ class WeightedPriority(InverseResolver):
         whole = Freedom.whole(len(problem.bounds.lower))
         rows, wanted = [], []
         for level, equation in enumerate(problem.levels):
-            motion = filtered_motion(self.inverse_of(level), whole.reduce(equation.J), equation, equation.xdot, whole)
+            reduced = whole.reduce(equation.J)
+            motion = filtered_motion(self.inverse_of(level), reduced, equation, equation.xdot, whole)
+            if self.steady:
+                motion = steadied(motion, reduced, equation.xdot, problem.dt)
             root = np.sqrt(self.weight_of(level))
             rows.append(root * equation.J)
             wanted.append(root * (equation.J @ motion))
