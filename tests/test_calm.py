@@ -204,18 +204,18 @@ def test_a_limiter_that_stops_a_level_lets_it_go_on_slowly_and_is_itself_where_n
 
 # ---------------------------------------------------------------------------------------------- steady motion
 def test_steady_motion_leaves_alone_what_does_not_overshoot(rng):
-    """J-PARSE wherever γ² ≥ Δt ‖ẋ‖/σ₁, exact inverses where σ² ≥ Δt ‖ẋ‖ σ₁; the very same array."""
+    """J-PARSE wherever γ² ≥ ½ Δt ‖ẋ‖/σ₁; the very same array."""
     for _ in range(200):
         U, V = (np.linalg.qr(rng.normal(size=(n, n)))[0] for n in (6, 7))
         s = np.sort(10.0 ** rng.uniform(-8, 0.5, 6))[::-1]
         reduced = Freedom.whole(7).reduce((U * s) @ V[:, :6].T)
         x = rng.normal(size=6) * 10.0 ** rng.uniform(-9, 9)
         gamma = rng.uniform(0.01, 0.5)
-        motion, dt = rik.JParse(gamma).solve(reduced.matrix, x), gamma**2 * s[0] / np.linalg.norm(x)
+        motion, dt = rik.JParse(gamma).solve(reduced.matrix, x), 2 * gamma**2 * s[0] / np.linalg.norm(x)
         assert steadied(motion, reduced, x, 0.999 * dt) is motion
         shorter = steadied(motion, reduced, x, 100 * dt)
         along, before = reduced.motions @ shorter, reduced.motions @ motion
-        most = reduced.s / reduced.s[0] * np.abs(x @ reduced.U) / np.linalg.norm(x) / (100 * dt)
+        most = 2 * reduced.s / reduced.s[0] * np.abs(x @ reduced.U) / np.linalg.norm(x) / (100 * dt)
         rounding = 1e-12 * np.abs(before).max()
         assert (np.abs(along) <= most * (1 + 1e-9) + rounding).all()
         np.testing.assert_allclose(along, np.clip(before, -most, most), rtol=1e-9, atol=rounding)

@@ -2,13 +2,13 @@
 
 Along a direction with singular value σ an inverse with gain φ asks for φ u·ẋ. In a step the Jacobian turns: what the
 level sees along that direction changes by up to Δt ‖ẋ‖ σ₁ φ/σ of itself, as `motion_cost` says of ẋ·∂J. Where that is
-more than the whole, the arm goes back and forth about the place where it should rest, above all at the end of its
-reach. So steady motion has φ ≤ σ/(Δt ‖ẋ‖ σ₁), which is to say
+more than twice the whole, the arm goes back and forth about the place where it should rest, above all at the end of its
+reach. So steady motion has φ ≤ 2 σ/(Δt ‖ẋ‖ σ₁), which is to say
 
-    Δt |v·q̇| ≤ (σ/σ₁) |u·ẋ|/‖ẋ‖,
+    Δt |v·q̇| ≤ 2 (σ/σ₁) |u·ẋ|/‖ẋ‖,
 
-in rad. This leaves an exact inverse as it is where σ² ≥ Δt ‖ẋ‖ σ₁, and J-PARSE everywhere where γ² ≥ Δt ‖ẋ‖/σ₁: fast
-motion in long steps has wide margins around singularities, slow motion near a target hardly any.
+in rad. This leaves an exact inverse as it is where σ² ≥ ½ Δt ‖ẋ‖ σ₁, and J-PARSE everywhere where γ² ≥ ½ Δt ‖ẋ‖/σ₁:
+fast motion in long steps has wide margins around singularities, slow motion near a target hardly any.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def steadied(motion: Array, reduced: Reduced, wanted: Array, dt: float) -> Array
     if rank == 0 or size == 0.0 or dt == 0.0:
         return motion
     along = reduced.motions @ motion
-    most = reduced.s[:rank] / reduced.sigma_max * np.abs(wanted / size @ reduced.U[:, :rank]) / dt
+    most = 2.0 / dt * (reduced.s[:rank] / reduced.sigma_max) * np.abs(wanted / size @ reduced.U[:, :rank])
     if (np.abs(along) <= most * (1 + 1e-12)).all():
         return motion
     return np.asarray(motion + (np.clip(along, -most, most) - along) @ reduced.motions)
