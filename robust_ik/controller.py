@@ -40,6 +40,9 @@ A larger γ, such as the paper's 0.1, creeps near singular configurations; a sma
 SLOWER = 20
 """How often a step is made slower that its tasks do not allow."""
 
+SAME = 1e-4
+"""Of the largest velocity, what a step must be made slower by to go on with that."""
+
 HALVINGS = 8
 """Between a step that its tasks do not allow and braking."""
 
@@ -154,19 +157,20 @@ class VelocityController:
 
     def _within_shares(self, q: Array, problem: VelocityProblem, found: Resolution) -> Resolution:
         """The part of the motion that drives allow, as far as bounds let it be slower."""
-        qdot, bounds, kept = found.qdot, problem.bounds, 1.0
-        for _ in range(SLOWER):
-            share = self._share(q, qdot)
-            if share >= 1:
-                break
+        qdot, bounds, kept, share = found.qdot, problem.bounds, 1.0, self._share(q, found.qdot)
+        for _ in range(SLOWER):  # joints that acceleration limits hold cannot be slower: then the others are
             slower = np.clip(share * qdot, bounds.lower, bounds.upper)
-            if bounds.last is not None and not bounds.contains(share * qdot):  # joints cannot brake as hard as that
-                qdot, along = self._nearer_to_braking(q, bounds, bounds.last, qdot)
-                kept = along * kept
-                break
-            if not bounds.contains(slower):
+            held = bounds.last is not None and np.abs(slower - qdot).max() <= SAME * np.abs(qdot).max()
+            if share >= 1 or held or not bounds.contains(slower):
                 break
             qdot, kept = slower, share * kept
+            share = self._share(q, qdot)
+        if share < 1 and bounds.last is not None:
+            braked = self._nearer_to_braking(q, bounds, bounds.last, qdot)
+            better = bounds.contains(braked) and self._share(q, braked) > share
+            if better and self._tightened(q, braked, problem.dt, bounds) is None:
+                kept *= float(np.clip(braked @ qdot / max(float(qdot @ qdot), TINY), 0.0, 1.0))
+                qdot = braked
         if qdot is found.qdot:
             return found
         return self._verdict(problem, qdot, kept * found.scale, found, np.zeros(len(bounds.floor), dtype=bool))
@@ -175,27 +179,22 @@ class VelocityController:
         """The least share of a motion that drives allow."""
         return min((drive.share(q, qdot) for drive in self._drives.values()), default=1.0)
 
-    def _nearer_to_braking(self, q: Array, bounds: Bounds, last: Array, qdot: Array) -> tuple[Array, float]:
-        """A motion that drives allow, as near to a wanted one as may be on the way to it from braking all joints.
+    def _nearer_to_braking(self, q: Array, bounds: Bounds, last: Array, qdot: Array) -> Array:
+        """A motion, (n,), that drives allow, as near to a wanted one as may be on the way to it from braking.
 
         All brake together, keeping their ratios, as hard as acceleration limits let the slowest of them; where that
         is too slow for a joint's other limits, it brakes harder. If drives do not allow that either, it is the answer.
-
-        Returns:
-            q̇, (n,), and how much of the wanted motion it is in its direction.
         """
-        slowest, moving = np.clip(0.0, bounds.lower, bounds.upper), last != 0.0
-        left = np.max(np.clip(slowest[moving] / last[moving], 0.0, 1.0), initial=0.0)
-        braking = np.clip(left * last, bounds.lower, bounds.upper)
-        if not bounds.contains(braking):
-            return qdot, 1.0
+        lower, upper = bounds.unhurried or (bounds.lower, bounds.upper)
+        held = (last != 0.0) & (lower <= 0.0) & (upper >= 0.0)  # by acceleration alone, not to come back to its limits
+        slowest = np.clip(0.0, bounds.lower, bounds.upper)[held] / last[held]
+        braking = np.clip(np.max(np.clip(slowest, 0.0, 1.0), initial=0.0) * last, bounds.lower, bounds.upper)
         least, most = 0.0, 1.0
         for _ in range(HALVINGS):
             middle = 0.5 * (least + most)
             allowed = self._share(q, braking + middle * (qdot - braking)) >= 1
             least, most = (middle, most) if allowed else (least, middle)
-        found = braking + least * (qdot - braking)
-        return found, float(np.clip(found @ qdot / max(float(qdot @ qdot), TINY), 0.0, 1.0))
+        return np.asarray(braking + least * (qdot - braking))
 
     def _tightened(self, q: Array, qdot: Array, dt: float, bounds: Bounds) -> Bounds | None:
         """What a limit asks for more, if one does."""

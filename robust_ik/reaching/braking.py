@@ -57,6 +57,7 @@ def braked(space: Space, x: Array, qdot: Array, dt: float) -> tuple[Array, Array
     Returns:
         How far the joints have gone, (k, n), and their velocities there, (k, n); the first is now.
     """
+    gain = min(space.gain, 1.0 / dt)
     speed, hardest = np.abs(qdot), np.where(np.isfinite(space.acceleration), space.acceleration, 1e9)
     whole = max(float((speed / hardest).max()), 1e-9)  # s to rest
     rate = speed / whole
@@ -64,7 +65,8 @@ def braked(space: Space, x: Array, qdot: Array, dt: float) -> tuple[Array, Array
     share = 1.0 - np.sqrt(1.0 - np.linspace(0.0, 1.0, count)[:-1])  # of that time: as much way between any two
     time = share[:, None] * whole
     whole_room = np.where(qdot > 0, space.upper - x, x - space.lower)
-    room = whole_room - 0.5 * hardest / space.gain**2 - dt * speed
+    slow = np.minimum(speed, hardest / gain)  # from here on it comes to rest by its gain, which takes longer
+    room = whole_room - (slow / gain - 0.5 * slow**2 / hardest) - dt * speed
     stop = 0.5 * speed * whole
     with np.errstate(divide="ignore", invalid="ignore"):
         turn = (hardest * np.maximum(room, 0.0) - rate * stop) / (hardest - rate)  # where both curves meet
@@ -80,5 +82,5 @@ def braked(space: Space, x: Array, qdot: Array, dt: float) -> tuple[Array, Array
         speed * time - 0.5 * rate * time**2,
     )
     way = np.minimum(way + 0.5 * dt * speed * share[:, None], np.maximum(whole_room, 0.0))  # in steps it is longer
-    velocity[1:] = np.minimum(velocity, space.gain * (whole_room - way))[1:]  # which is slower at the very end
+    velocity[1:] = np.minimum(velocity, gain * (whole_room - way))[1:]  # which is slower at the very end
     return np.sign(qdot) * way, np.sign(qdot) * np.maximum(velocity, 0.0)

@@ -37,6 +37,8 @@ ALL_BUT = 0.01
 """Of what a target out of reach is missed by, the share by which the servo may miss more."""
 NO_NEARER = 1e-3
 """Of that, what a servo out of reach must gain in a window to go on."""
+CAME_BACK = 0.5
+"""Of what a target was out of reach by: one that is no further any more has come back."""
 PIECES = 20
 """Of a search, in one step."""
 FEEDBACK, MOST_FEEDBACK = 5.0, 0.3
@@ -102,7 +104,7 @@ class ReachDrive(Drive):
         self._arrived = False
         self._failures, self._failed_at = 0, task.target
         self._missed = self._was_missed = math.inf
-        self._follows = self._holds = False
+        self._follows = self._holds = self._fails = False
         self._break, self._begin_after, self._ended = FIRST_BREAK, 0.0, -math.inf
         self._search: Generator[None, None, Plan] | None = None
         self._point = self._goal = np.zeros(robot.n)
@@ -148,7 +150,7 @@ class ReachDrive(Drive):
         elif self.watch.due:
             if self.time >= self._begin_after and self._stalls(now):
                 if self._is_closest(now):
-                    self._was_missed, self._holds = self.watch.error, False
+                    self._was_missed, self._holds, self._fails = self.watch.error, False, False
                     self.watch.restart()
                     self._act = self._servo_from_afar
                 else:
@@ -161,9 +163,13 @@ class ReachDrive(Drive):
         """The straight way on to a target out of reach that leads to as good as the closest pose; there it holds."""
         self.watch.add(now.q, now.servo, now.moment.dt)
         self._follows = self._follows or self._moves
+        if self._follows and self.watch.error < CAME_BACK * self._missed:
+            self._back_to_servo()
+            return None
         if self.watch.due:
             led_on = not self._follows and self.watch.error <= (1 + ALL_BUT) * self._missed
-            if not led_on and not self._is_closest(now):
+            failed, self._fails = self._fails, not led_on and not self._is_closest(now)
+            if self._fails and (failed or self._follows):  # an arm that was still moving may swing back by itself
                 self._back_to_servo()
                 return None
             gained, self._was_missed = self._was_missed - self.watch.error, self.watch.error
