@@ -34,8 +34,7 @@ SHARES = (0.5, 0.25, 0.1, 0.03, 0.01, 0.0)
 GAMMA = 0.02
 """γ of the J-PARSE of a controller that is told nothing; `benchmarks/default_inverse.py` measures others beside it.
 
-A larger γ, such as the paper's 0.1, creeps near singular configurations; a smaller one is faster there. That none of
-them shakes in long steps is the merit of `steady`.
+A larger γ, such as the paper's 0.1, creeps near singular configurations; a smaller one is faster there.
 """
 
 SLOWER = 20

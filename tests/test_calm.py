@@ -64,7 +64,9 @@ def test_the_floor_is_above_the_curvature_that_a_step_passes(name, rng):
     for q in robot.random(rng, 60):
         J, H, xdot = robot.jacobian(q), robot.hessian(q), rng.normal(size=len(robot.rows))
         bent = np.einsum("i,ijk->jk", xdot / np.linalg.norm(xdot), H)
-        assert np.abs(np.linalg.eigvalsh((bent + bent.T) / 2)).max() < 2 * np.linalg.norm(J, 2)
+        most = np.abs(np.linalg.eigvalsh((bent + bent.T) / 2)).max() / np.linalg.norm(J, 2)
+        assert most < 2
+        assert most < 1 or name == "planar_3r"  # what steady motion counts on; not so of positions of a folded arm
 
 
 SMALL = 1e-6

@@ -178,7 +178,7 @@ class ReachDrive(Drive):
             self._follows = False
             self.watch.restart()
         self._holds = self._holds and not self._moves
-        self.text = f"out of reach by {in_words(apart(now.servo))}: waiting there"
+        self.text = f"out of reach by {in_words(missing(now.servo))}: waiting there"
         return self._towards(now, self._goal) if self._holds else now.servo
 
     def _is_closest(self, now: Now) -> bool:
@@ -388,7 +388,7 @@ class ReachDrive(Drive):
         return min(FEEDBACK, MOST_FEEDBACK / dt)
 
 
-def apart(equation: TaskEquation) -> tuple[float, float]:
+def missing(equation: TaskEquation) -> tuple[float, float]:
     """How far a frame is from where it should be, m, and rad."""
     lengths = np.zeros(len(equation.xdot), dtype=bool) if equation.lengths is None else equation.lengths
     return length(equation.error[lengths]), length(equation.error[~lengths])

@@ -59,7 +59,7 @@ class GoalFinder:
         if near.solved:
             several = solver.solve(target, q, solutions=MANY)
             return Goals(self.space.nearest_turn(x, np.concatenate([near.q[None], several.solutions])), (0.0, 0.0))
-        closest = solver.solve(target, q, effort="thorough")
+        closest = self.closest(task, q)
         if closest.solved:
             return Goals(self.space.nearest_turn(x, closest.solutions), (0.0, 0.0))
         as_good = self.missed(near) <= AS_GOOD * self.missed(closest)

@@ -1,13 +1,15 @@
 """How far a level may go along each direction in one step so that it does not overshoot, whatever its inverse.
 
 Along a direction with singular value σ an inverse with gain φ asks for φ u·ẋ. In a step the Jacobian turns: what the
-level sees along that direction changes by up to Δt ‖ẋ‖ σ₁ φ/σ of itself, as `motion_cost` says of ẋ·∂J. Where that is
-more than twice the whole, the arm goes back and forth about the place where it should rest, above all at the end of its
-reach. So steady motion has φ ≤ 2 σ/(Δt ‖ẋ‖ σ₁), which is to say
+level sees along that direction changes by up to Δt ‖ẋ‖ σ₁ φ/σ of itself: |ẋ·∂J| along a unit motion twice is below
+‖ẋ‖ σ₁ on the eight arms in space of a test, and below twice that on a planar one, which may overshoot when folded.
+Where the change is more than twice the whole, the arm goes back and forth about the place where it should rest, above
+all at the end of its reach. So steady motion has φ ≤ 2 σ/(Δt ‖ẋ‖ σ₁), which is to say
 
     Δt |v·q̇| ≤ 2 (σ/σ₁) |u·ẋ|/‖ẋ‖,
 
-in rad. This leaves an exact inverse as it is where σ² ≥ ½ Δt ‖ẋ‖ σ₁, and J-PARSE everywhere where γ² ≥ ½ Δt ‖ẋ‖/σ₁:
+in rad, and for joints that slide in lengths of the controller's scale. Noise and lag may still shake what is steady.
+This leaves an exact inverse as it is where σ² ≥ ½ Δt ‖ẋ‖ σ₁, and J-PARSE everywhere where γ² ≥ ½ Δt ‖ẋ‖/σ₁:
 fast motion in long steps has wide margins around singularities, slow motion near a target hardly any.
 """
 
