@@ -1,12 +1,14 @@
 """One control step: what is checked, what is remembered, what every status says on a real robot."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 import robust_ik as rik
+from robust_ik.bounds import Bounds
 from robust_ik.problem import TaskEquation
 from tests.cases_resolvers import STRICT
 
@@ -265,3 +267,20 @@ def test_after_a_refused_step_the_controller_goes_on():
     with pytest.raises(rik.InputError):
         controller.step(PANDA.rest, [], DT)
     assert controller.step(PANDA.rest, near(), DT).status is rik.Status.TRACKING
+
+
+def test_joints_brake_together_though_one_must_come_back_to_its_limits():
+    """One that is outside cannot slow down; it does not keep the other from braking as hard as it can."""
+
+    controller = rik.VelocityController(rik.load("planar_2r"))
+    controller._drives = {(0, 0): SimpleNamespace(share=lambda q, qdot: 0.0)}  # allows nothing
+    last = np.array([0.5, -0.1])
+    bounds = replace(
+        Bounds.free(2),
+        lower=np.array([0.45, -0.1]),
+        upper=np.array([0.55, -0.1]),
+        unhurried=(np.array([-3.0, -1.0]), np.array([3.0, -0.1])),
+        last=last,
+    )
+    braking = controller._nearer_to_braking(np.zeros(2), bounds, last, np.array([0.55, -0.1]))
+    assert_allclose(braking, [0.45, -0.1], atol=1e-12)
