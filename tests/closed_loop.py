@@ -136,11 +136,11 @@ def start_and_target(name, kind, seed):
     return robot.configuration(q), target
 
 
-def run(each, *, seconds=60.0, steps=12_000):
-    """The motion until it has rested for half a second, or is cut off."""
+def run(each, *, seconds=60.0, steps=12_000, start=None):
+    """The motion until it has rested for half a second, or is cut off; from other joint values than it has drawn."""
     robot, (lower, upper, speeds) = arm(each.arm), ends(each.arm)
     q, target = start_and_target(each.arm, each.kind, each.seed)
-    q = moved_start(robot, q)
+    q = moved_start(robot, q if start is None else robot.configuration(start))
     stack = [[rik.FrameTask(target, gain=5.0, max_linear=0.2, max_angular=1.0)]]
     if each.posture:
         stack.append([rik.PostureTask(robot.rest, gain=2.0)])

@@ -3,11 +3,12 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
+import qpsolvers
 from numpy.testing import assert_allclose
-from scipy.optimize import linprog
 
 from robust_ik.bounds import Bounds
-from robust_ik.resolvers.feasible import feasible_start
+from robust_ik.resolvers.feasible import PRICE, ROUNDS, feasible_start
 from tests.cases_resolvers import BOXES, named_box, random_bounds
 
 
@@ -93,7 +94,19 @@ def test_a_start_is_at_rest_where_rest_is_inside_else_where_the_box_is_nearest(r
         assert same is bounds
 
 
-def test_the_box_always_holds_and_rows_are_reached_if_and_only_if_all_of_them_can_be(rng):
+def shortest_change(qdot, bounds):
+    """Multipliers of the floors above rest in the shortest motion that reaches all floors; None if there is none."""
+    lengths = np.linalg.norm(bounds.rows, axis=1)
+    rows, floor = bounds.rows / lengths[:, None], bounds.floor / lengths
+    below = rows @ qdot < floor
+    floor = np.where(below, floor, np.minimum(floor, rows @ qdot))
+    program = qpsolvers.Problem(np.eye(len(qdot)), np.zeros(len(qdot)), -rows, -floor, lb=bounds.lower, ub=bounds.upper)
+    found = qpsolvers.solve_problem(program, solver="daqp")
+    return found.z[below] if found.found else None
+
+
+def test_the_box_always_holds_and_rows_come_as_near_to_their_floor_as_the_price_allows(rng):
+    reachable = 0
     for _ in range(250):
         box = random_bounds(rng, int(rng.integers(1, 9)), rng.choice(["inside", "outside", "locked", "on a bound"]))
         rows, floor, _ = random_rows(rng, box)
@@ -101,27 +114,46 @@ def test_the_box_always_holds_and_rows_are_reached_if_and_only_if_all_of_them_ca
         qdot, found = feasible_start(bounds)
         assert ((qdot >= box.lower) & (qdot <= box.upper)).all()
         assert found.contains(qdot)
-        spans = list(zip(box.lower, box.upper))
-        lengths = np.linalg.norm(rows, axis=1)
-        # Least sum of what is missing at unit rows; 0 where all floors can be reached.
-        missing = np.eye(len(floor))
-        program = linprog(
-            np.r_[np.zeros(len(qdot)), np.ones(len(floor))],
-            np.hstack([-rows / lengths[:, None], -missing]),
-            -floor / lengths,
-            bounds=spans + [(0, None)] * len(floor),
-            method="highs",
-        )
-        short = np.maximum(floor - rows @ qdot, 0) / lengths
-        rest = np.clip(0.0, box.lower, box.upper)
-        settled = rows @ rest >= floor
-        if not settled.any():  # rows that hold at rest go before the others
-            assert short.sum() <= program.fun + 1e-6
-        assert bool(found.contradictions) == (short.max() > 1e-9)
-        if program.fun < 1e-9:
-            assert found.contradictions == ()
-        else:
+        lengths, rest = np.linalg.norm(rows, axis=1), np.clip(0.0, box.lower, box.upper)
+        assert (rows @ qdot >= np.minimum(floor, rows @ rest) - 1e-9 * lengths).all()  # none goes further below
+        short = np.maximum(floor - rows @ qdot, 0)
+        assert set(found.contradictions) >= {f"pair{i}" for i in np.flatnonzero(short > 1e-9)}
+        assert set(found.contradictions) <= {f"pair{i}" for i in np.flatnonzero(short > 0)}
+        multipliers = shortest_change(rest, bounds)
+        if multipliers is None:
             assert found.contradictions
+            continue
+        reachable += 1
+        most = PRICE * np.linalg.norm(multipliers) / np.sqrt(ROUNDS)
+        assert np.linalg.norm(short / lengths) <= most + 1e-6
+    assert reachable > 50
+
+
+@pytest.mark.parametrize("free", [1.0, 0.5, 0.3, 0.1, 0.03, 1e-3, 1e-6])
+def test_a_row_that_joints_hardly_change_makes_none_of_them_fast(free):
+    row = np.array([[np.sqrt(1 - free * free), free]])
+    held = named_box([0.0, -1e9], [0.0, 1e9])
+    qdot, found = feasible_start(with_rows(held, row, np.array([1.0])))
+    missed = (1 + free * free / PRICE) ** -ROUNDS
+    assert_allclose(qdot, [0.0, (1 - missed) / free], rtol=1e-6)
+    assert qdot[1] <= 6.2
+    assert_allclose(found.floor, min(1.0, free * qdot[1]), rtol=1e-9)
+
+
+def test_a_start_changes_no_faster_than_floors_and_boxes_where_rows_begin_to_contradict_each_other(rng):
+    """Two rows that nearly oppose each other, their floors from possible to contradictory, a joint that must move."""
+    for _ in range(30):
+        apart = 10.0 ** rng.uniform(-6, -0.5)
+        one = rng.normal(size=4)
+        one /= np.linalg.norm(one)
+        rows = np.array([one, apart * rng.normal(size=4) - one])
+        rows[1] /= np.linalg.norm(rows[1])
+        starts = []
+        for step in np.linspace(-0.02, 0.02, 81):
+            box = named_box([0.1, *[-1e3] * 3], [0.1, *[1e3] * 3])
+            starts.append(feasible_start(with_rows(box, rows, np.array([0.1 + step, step])))[0])
+        changes = np.abs(np.diff(starts, axis=0)).max()
+        assert changes <= 20 * 0.0005 * np.sqrt(2)
 
 
 def test_rows_that_the_box_does_not_let_reach_their_floor_are_named_and_the_others_are_reached():
@@ -132,11 +164,14 @@ def test_rows_that_the_box_does_not_let_reach_their_floor_are_named_and_the_othe
     assert_allclose(found.floor, [1, 0.5, -1], atol=1e-9)
 
 
-def test_rows_that_contradict_each_other_miss_as_little_as_can_be_in_sum_and_are_named():
+def test_rows_that_contradict_each_other_are_named_and_none_gets_worse():
     rows, floor = np.array([[1.0, 1.0], [-1.0, -1.0]]), np.array([0.3, 0.1])
     qdot, found = feasible_start(with_rows(named_box([-1] * 2, [1] * 2), rows, floor))
-    assert found.contradictions
-    assert 0.4 - 1e-9 <= np.maximum(floor - rows @ qdot, 0).sum() <= 0.4 + 1e-9
+    assert found.contradictions == ("pair0", "pair1")
+    assert_allclose(qdot, [0, 0], atol=1e-12)
+    one_holds = feasible_start(with_rows(named_box([-1] * 2, [1] * 2), rows, np.array([0.3, -0.1])))
+    assert one_holds[1].contradictions == ("pair0",)
+    assert_allclose(rows[1] @ one_holds[0], -0.1, atol=1e-9)
 
 
 def test_a_row_of_zeros_that_asks_for_motion_is_a_contradiction():

@@ -61,7 +61,7 @@ class CollisionLimit(Limit):
 
     A velocity damper for every two convex solids that are nearer than `influence`:
 
-        ḋ ≥ −gain (d − distance),  gain ≤ 1/dt;   inside `distance`:  ḋ ≥ min(recovery_speed, (distance − d)/dt)
+        ḋ ≥ −gain (d − distance),  gain ≤ 1/dt;   and ḋ ≥ recovery_speed is enough inside `distance`,
 
     so that, to first order, no step uses up more than what is left, and what is too near comes apart at a bounded
     speed and never goes further in. With ḋ = nᵀ (J_b − J_a) q̇ at the nearest points a and b, n from a to b.
@@ -161,8 +161,8 @@ class CollisionLimit(Limit):
         contacts = self._scene.contacts(robot, q, within=self.influence)
         rows = self._scene.rows(robot, q, contacts)
         spare = np.array([there.distance for _, there in contacts]) - self.distance
-        part = np.minimum(np.minimum(self.recovery_speed, -spare / dt), np.abs(rows) @ self._reach)
-        floor = np.where(spare < 0, part, -min(self.gain, 1 / dt) * spare)
+        fastest = np.minimum(self.recovery_speed, np.abs(rows) @ self._reach)
+        floor = np.minimum(fastest, -min(self.gain, 1 / dt) * spare)
         # What no joint can change must not contradict what joints can.
         size = np.linalg.norm(rows, axis=1)
         kept = np.flatnonzero((size > LEAST_ROW) & np.isfinite(size))

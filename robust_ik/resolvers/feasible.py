@@ -11,16 +11,25 @@ from robust_ik.bounds import CONTRADICTION, Bounds
 from robust_ik.checks import Array
 from robust_ik.resolvers.active_set import minimise
 
-NEAREST = 1e-6
-"""Price of being far against that of missing a floor: so low that no floor is missed for it."""
+PRICE = 0.1
+"""Price of motion against what is missing at unit rows: ½ PRICE ‖q̇ − near‖² against ½ Σ missing²."""
+ROUNDS = 10
+"""How often what is still missing is asked for again, on top of what was."""
+INSIDE = 1e-12
+"""How far below its floor a row may be: rounding."""
 
 
 def feasible_start(bounds: Bounds, near: Array | None = None) -> tuple[Array, Bounds]:
     """Joint velocities inside the bounds, and bounds that have them inside.
 
-    The box always holds, and so do rows that hold where the box is nearest. The others are brought to their
-    floor wherever that is possible together; where it is not, the sum of what is missing is the least possible. Rows
-    that miss their floor get the one that they do reach, and are added to the contradictions.
+    The box always holds, and no row goes below its floor, or further below it, than where the box is nearest. Rows
+    below are brought towards their floor by a motion that has its price, so that none is made that brings next to
+    nothing: of what a single row misses there remains the share (1 + a²/PRICE)^−ROUNDS, where a is the length of what
+    free joints have of the unit row. That is 4e-11 where all are free, 4e-6 for a = 0.5, and nearly all below 0.05.
+    Of several rows there remains no more than PRICE ‖μ‖/√ROUNDS, μ being the multipliers of the shortest change of q̇
+    that brings all of them to their floors, if there is one. A single row's floor changes no joint velocity by more
+    than 6.2 times what it changes of the unit row. Rows that miss their floor get the one that they do reach, and are
+    added to the contradictions.
 
     Returns:
         q̇, (n,), and the bounds.
@@ -38,7 +47,7 @@ def feasible_start(bounds: Bounds, near: Array | None = None) -> tuple[Array, Bo
 
 
 def _raised(bounds: Bounds, below: NDArray[np.bool_], qdot: Array, near: Array) -> Array:
-    """The velocities nearest to some with the rows `below` at their floor, or least below it in sum."""
+    """Velocities near some with the rows `below` near their floor: a proximal method of multipliers of few rounds."""
     n, count = len(qdot), int(below.sum())
     lengths = np.linalg.norm(bounds.rows, axis=1)
     lengths = np.where(lengths > 0, lengths, 1.0)
@@ -51,16 +60,20 @@ def _raised(bounds: Bounds, below: NDArray[np.bool_], qdot: Array, near: Array) 
             [np.eye(n), np.zeros((n, count))],
             [-np.eye(n), np.zeros((n, count))],
             [-unit, -missing],
+            [-unit[below], np.zeros((count, count))],
             [np.zeros((count, n)), -np.eye(count)],
         ]
     )
-    room = np.concatenate([bounds.upper, -bounds.lower, -floor, np.zeros(count)])
-    finite = np.isfinite(room)
-    found = minimise(
-        NEAREST * np.eye(n + count),
-        np.r_[-NEAREST * near, np.ones(count)],
-        rows[finite],
-        room[finite],
-        np.r_[qdot, (floor - unit @ qdot)[below]],
-    )
-    return np.clip(found[:n], bounds.lower, bounds.upper)
+    worst = (unit @ qdot)[below]
+    hessian, slope = np.diag(np.r_[np.full(n, PRICE), np.ones(count)]), np.r_[-PRICE * near, np.zeros(count)]
+    asked, found = floor.copy(), qdot
+    for _ in range(ROUNDS):
+        room = np.concatenate([bounds.upper, -bounds.lower, -asked, -worst, np.zeros(count)])
+        finite = np.isfinite(room)
+        start = np.r_[found, np.maximum((asked - unit @ found)[below], 0.0)]
+        solution = minimise(hessian, slope, rows[finite], room[finite], start)
+        found = np.clip(solution[:n], bounds.lower, bounds.upper)
+        if (unit @ found >= floor - INSIDE)[below].all():
+            break
+        asked[below] = floor[below] + np.maximum(asked - unit @ found, 0.0)[below]
+    return found
