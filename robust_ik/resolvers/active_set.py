@@ -35,9 +35,16 @@ def minimise(
 
     Source: Nocedal, Wright 2006, algorithm 16.3, with null spaces by QR.
     """
+    return minimum(hessian, slope, rows, room, start, working)[0]
+
+
+def minimum(
+    hessian: Array, slope: Array, rows: Array, room: Array, start: Array, working: Sequence[int] = ()
+) -> tuple[Array, list[int]]:
+    """As `minimise`, and the rows that act there, which may start the next program of its kind."""
     lengths = np.linalg.norm(rows, axis=1)
     kept = lengths > 0
-    index = np.cumsum(kept) - 1
+    index, rows_kept = np.cumsum(kept) - 1, np.flatnonzero(kept)
     rows, room = rows[kept] / lengths[kept, None], room[kept] / lengths[kept]
     y, held = start, [int(index[each]) for each in working]
     for _ in range(3 * (len(rows) + len(y))):
@@ -50,9 +57,9 @@ def minimise(
         gradient = hessian @ y + slope
         pull = _multipliers(rows[held], gradient)
         if pull.min(initial=0.0) >= -ROUNDING * np.abs(gradient).max():
-            return y
+            break
         del held[int(np.argmin(pull))]
-    return y
+    return y, [int(rows_kept[each]) for each in held]
 
 
 def _free_step(hessian: Array, gradient: Array, held: Array) -> Array:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from robust_ik.bounds import CONTRADICTION, Bounds
 from robust_ik.checks import Array
-from robust_ik.resolvers.active_set import minimise
+from robust_ik.resolvers.active_set import minimum
 
 PRICE = 0.1
 """Price of motion against what is missing at unit rows: ½ PRICE ‖q̇ − near‖² against ½ Σ missing²."""
@@ -66,12 +66,17 @@ def _raised(bounds: Bounds, below: NDArray[np.bool_], qdot: Array, near: Array) 
     )
     worst = (unit @ qdot)[below]
     hessian, slope = np.diag(np.r_[np.full(n, PRICE), np.ones(count)]), np.r_[-PRICE * near, np.zeros(count)]
-    asked, found = floor.copy(), qdot
+    asked, found, acting = floor.copy(), qdot, np.zeros(len(rows), dtype=bool)
     for _ in range(ROUNDS):
         room = np.concatenate([bounds.upper, -bounds.lower, -asked, -worst, np.zeros(count)])
-        finite = np.isfinite(room)
-        start = np.r_[found, np.maximum((asked - unit @ found)[below], 0.0)]
-        solution = minimise(hessian, slope, rows[finite], room[finite], start)
+        lacking = (asked - unit @ found)[below]
+        acting[2 * n : 2 * n + len(floor)][below] = lacking > 0
+        acting[-count:] = lacking <= 0
+        finite = np.flatnonzero(np.isfinite(room))
+        start, working = np.r_[found, np.maximum(lacking, 0.0)], np.flatnonzero(acting[finite])
+        solution, held = minimum(hessian, slope, rows[finite], room[finite], start, working.tolist())
+        acting[:] = False
+        acting[finite[held]] = True
         found = np.clip(solution[:n], bounds.lower, bounds.upper)
         if (unit @ found >= floor - INSIDE)[below].all():
             break
