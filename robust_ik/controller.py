@@ -13,9 +13,10 @@ from robust_ik.bounds import CONTRADICTION, Bounds
 from robust_ik.checks import Array, as_measures, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.inverses import JParse, RobustInverse
+from robust_ik.inverses.task_equation import TaskEquation, stacked
 from robust_ik.limits import JointLimits, Limit
 from robust_ik.limits.base import checked_limits
-from robust_ik.problem import TaskEquation, VelocityProblem, stacked
+from robust_ik.problem import VelocityProblem
 from robust_ik.resolution import Resolution
 from robust_ik.resolvers import Resolver, TaskPriority
 from robust_ik.resolvers.base import InverseResolver

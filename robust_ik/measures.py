@@ -7,7 +7,8 @@ import numpy as np
 from robust_ik.boundary import checked
 from robust_ik.bounds import Bounds
 from robust_ik.checks import checked_parameter
-from robust_ik.problem import VelocityProblem, stacked
+from robust_ik.inverses.task_equation import stacked
+from robust_ik.problem import VelocityProblem
 from robust_ik.resolvers.verdict import reductions
 from robust_ik.robot import Robot
 from robust_ik.tasks import Stack, Task, checked_stack

@@ -13,7 +13,7 @@ from robust_ik.boundary import checked
 from robust_ik.checks import Array, alone, as_array, checked_parameter, readonly
 from robust_ik.errors import InputError
 from robust_ik.inverses import RobustInverse
-from robust_ik.problem import TaskEquation
+from robust_ik.inverses.task_equation import TaskEquation
 
 Function = Callable[[Array], ArrayLike]
 

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from robust_ik.bounds import Bounds
 from robust_ik.checks import Array, readonly
-from robust_ik.problem import TaskEquation, VelocityProblem
+from robust_ik.inverses.task_equation import TaskEquation
+from robust_ik.problem import VelocityProblem
 from robust_ik.resolution import Resolution
 
 

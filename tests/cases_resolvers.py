@@ -6,7 +6,8 @@ import numpy as np
 
 import robust_ik as rik
 from robust_ik.bounds import Bounds
-from robust_ik.problem import TaskEquation, VelocityProblem
+from robust_ik.inverses.task_equation import TaskEquation
+from robust_ik.problem import VelocityProblem
 
 LIMITERS = [
     rik.Sliding(),

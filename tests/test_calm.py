@@ -7,8 +7,9 @@ import pytest
 
 import robust_ik as rik
 from robust_ik.bounds import Bounds
+from robust_ik.inverses.task_equation import TaskEquation
 from robust_ik.limits import CollisionLimit, JointLimits
-from robust_ik.problem import TaskEquation, VelocityProblem
+from robust_ik.problem import VelocityProblem
 from robust_ik.resolvers.fitting import Wish
 from robust_ik.resolvers.freedom import Freedom
 from robust_ik.resolvers.limiters import RISE

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 
 import robust_ik as rik
 from robust_ik.bounds import Bounds
-from robust_ik.problem import TaskEquation
+from robust_ik.inverses.task_equation import TaskEquation
 from tests.cases_resolvers import STRICT
 
 PANDA = rik.load("panda")

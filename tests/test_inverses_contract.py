@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 
 import robust_ik as rik
 from robust_ik import inverses
-from robust_ik.problem import TaskEquation
+from robust_ik.inverses.task_equation import TaskEquation
 from tests.cases_filters import CASES
 from tests.cases_others import OTHER_CASES
 from tests.test_linalg import matrix

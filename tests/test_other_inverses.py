@@ -32,7 +32,7 @@ from robust_ik.inverses import (
     UserDefinedAccuracy,
     Weighted,
 )
-from robust_ik.problem import TaskEquation
+from robust_ik.inverses.task_equation import TaskEquation
 from tests.cases_others import OTHER_CASES
 from tests.test_linalg import matrix
 

@@ -8,7 +8,8 @@ from numpy.testing import assert_allclose
 
 import robust_ik as rik
 from robust_ik.bounds import Bounds
-from robust_ik.problem import TaskEquation, VelocityProblem
+from robust_ik.inverses.task_equation import TaskEquation
+from robust_ik.problem import VelocityProblem
 from robust_ik.resolvers.freedom import Freedom
 from robust_ik.resolvers.reconstruction import measure_gradient, smooth
 

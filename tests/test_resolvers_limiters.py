@@ -10,7 +10,8 @@ from scipy.optimize import linprog
 
 import robust_ik as rik
 from robust_ik.bounds import Bounds
-from robust_ik.problem import TaskEquation, VelocityProblem
+from robust_ik.inverses.task_equation import TaskEquation
+from robust_ik.problem import VelocityProblem
 from robust_ik.resolvers import active_set
 from robust_ik.resolvers.feasible import feasible_start
 from robust_ik.resolvers.filtered import filtered_motion

@@ -9,7 +9,8 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import robust_ik as rik
-from robust_ik.problem import TaskEquation, VelocityProblem
+from robust_ik.inverses.task_equation import TaskEquation
+from robust_ik.problem import VelocityProblem
 from robust_ik.tasks import Task
 from robust_ik.units import Units
 from robust_ik.urdf import parse_urdf

@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import robust_ik as rik
-from robust_ik.problem import TaskEquation
+from robust_ik.inverses.task_equation import TaskEquation
 from robust_ik.tasks import (
     DampingTask,
     DirectionTask,

@@ -13,8 +13,8 @@ from robust_ik.checks import Array, as_array, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card, RobustInverse
 from robust_ik.inverses.moore_penrose import MoorePenrose
+from robust_ik.inverses.task_equation import TaskEquation
 from robust_ik.linalg import svd
-from robust_ik.problem import TaskEquation
 
 
 @dataclass(frozen=True)

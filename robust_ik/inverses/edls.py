@@ -16,9 +16,9 @@ from robust_ik.inverses.base import Card
 from robust_ik.inverses.gain_formula import GainFormula
 from robust_ik.inverses.gain_pieces import Quantity, kept_or_zero
 from robust_ik.inverses.pieces import falling_zero
+from robust_ik.inverses.task_equation import TaskEquation
 from robust_ik.kernels.choice import where
 from robust_ik.linalg import svd
-from robust_ik.problem import TaskEquation
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from robust_ik.checks import Array, as_array, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card, RobustInverse, SingularValueFilter
 from robust_ik.inverses.jparse import JParse
-from robust_ik.problem import TaskEquation
+from robust_ik.inverses.task_equation import TaskEquation
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from robust_ik.checks import Array, as_array, as_measures, checked_parameter, readonly
 from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card, RobustInverse
-from robust_ik.problem import TaskEquation
+from robust_ik.inverses.task_equation import TaskEquation
 
 SYMMETRY_TOLERANCE = 1e-12
 SAMPLES = 65

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from robust_ik.checks import Array
+from robust_ik.inverses.task_equation import TaskEquation
 from robust_ik.limits import Limit
 from robust_ik.linalg import length, singular_values
-from robust_ik.problem import TaskEquation
 from robust_ik.reaching.braking import braking_ratio
 from robust_ik.reaching.goals import GoalFinder
 from robust_ik.reaching.path import Caps, Path, fitting_speed

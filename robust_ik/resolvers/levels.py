@@ -13,8 +13,9 @@ from robust_ik.boundary import check_type
 from robust_ik.checks import Array, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.inverses import RobustInverse
+from robust_ik.inverses.task_equation import TaskEquation
 from robust_ik.linalg import length
-from robust_ik.problem import TaskEquation, VelocityProblem
+from robust_ik.problem import VelocityProblem
 from robust_ik.resolution import Resolution
 from robust_ik.resolvers.base import MAX_MEMORIES, InverseResolver
 from robust_ik.resolvers.feasible import feasible_start

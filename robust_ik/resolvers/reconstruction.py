@@ -14,8 +14,9 @@ from robust_ik.checks import Array, checked_parameter
 from robust_ik.derivatives import manipulability_gradient
 from robust_ik.errors import InputError
 from robust_ik.inverses import JParse, SingularValueFilter
+from robust_ik.inverses.task_equation import TaskEquation, stacked
 from robust_ik.linalg import least_norm_solution, manipulability
-from robust_ik.problem import TaskEquation, VelocityProblem, stacked
+from robust_ik.problem import VelocityProblem
 from robust_ik.resolvers.filtered import level_gains
 from robust_ik.resolvers.freedom import Reduced
 from robust_ik.resolvers.levels import PriorityResolver, Settled

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, checked_cap, checked_parameter
-from robust_ik.problem import TaskEquation
+from robust_ik.inverses.task_equation import TaskEquation
 from robust_ik.robot import Robot
 from robust_ik.rows import ROWS
 from robust_ik.tasks.base import Task
