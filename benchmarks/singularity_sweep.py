@@ -23,7 +23,7 @@ from rich.progress import track
 import robust_ik as rik
 from benchmarks.tables import markdown, parser, publish
 from robust_ik.catalog import EXAMPLES, Entry, catalog
-from robust_ik.linalg import svd
+from robust_ik.kinematics.svd import svd
 from robust_ik.singularities.atlas import SingularityAtlas
 from robust_ik.singularities.confidence import Status
 from robust_ik.singularities.constants import axes_at_zero, constants

@@ -6,9 +6,6 @@ from robust_ik import inverses as inverses
 from robust_ik import stability as stability
 from robust_ik.comparing import compare as compare
 from robust_ik.controller import VelocityController as VelocityController
-from robust_ik.derivatives import manipulability_gradient as manipulability_gradient
-from robust_ik.derivatives import singular_value_gradient as singular_value_gradient
-from robust_ik.derivatives import singular_value_gradients as singular_value_gradients
 from robust_ik.description import Box as Box
 from robust_ik.description import Cylinder as Cylinder
 from robust_ik.description import Sphere as Sphere
@@ -53,6 +50,14 @@ from robust_ik.inverses import Sugihara as Sugihara
 from robust_ik.inverses import TruncatedSVD as TruncatedSVD
 from robust_ik.inverses import UserDefinedAccuracy as UserDefinedAccuracy
 from robust_ik.inverses import Weighted as Weighted
+from robust_ik.kinematics.singular_value_gradients import manipulability_gradient as manipulability_gradient
+from robust_ik.kinematics.singular_value_gradients import singular_value_gradient as singular_value_gradient
+from robust_ik.kinematics.singular_value_gradients import singular_value_gradients as singular_value_gradients
+from robust_ik.kinematics.svd import condition_number as condition_number
+from robust_ik.kinematics.svd import lost_directions as lost_directions
+from robust_ik.kinematics.svd import manipulability as manipulability
+from robust_ik.kinematics.svd import null_projector as null_projector
+from robust_ik.kinematics.svd import svd as svd
 from robust_ik.limits import CollisionLimit as CollisionLimit
 from robust_ik.limits import HalfSpace as HalfSpace
 from robust_ik.limits import IgnoredPair as IgnoredPair
@@ -60,11 +65,6 @@ from robust_ik.limits import JointLimits as JointLimits
 from robust_ik.limits import Limit as Limit
 from robust_ik.limits import Obstacle as Obstacle
 from robust_ik.limits import PairDistance as PairDistance
-from robust_ik.linalg import condition_number as condition_number
-from robust_ik.linalg import lost_directions as lost_directions
-from robust_ik.linalg import manipulability as manipulability
-from robust_ik.linalg import null_projector as null_projector
-from robust_ik.linalg import svd as svd
 from robust_ik.loading import load as load
 from robust_ik.measures import measure_bounds as measure_bounds
 from robust_ik.newton_steps import NewtonResult as NewtonResult

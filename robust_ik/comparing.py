@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
-from robust_ik.boundary import checked
+from robust_ik.checks.public_arguments import checked
 from robust_ik.errors import InputError, listed
-from robust_ik.progress import Told
+from robust_ik.runtime.parallel import run_pieces
+from robust_ik.runtime.progress import Told
 from robust_ik.scenario import Method, Scenario
 from robust_ik.simulation import simulate
-from robust_ik.sweeping import run_pieces
 from robust_ik.trajectory import Trajectory
 
 

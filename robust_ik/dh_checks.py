@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, as_array, readonly
 from robust_ik.errors import DHError, InputError
-from robust_ik.linalg import svd
+from robust_ik.kinematics.svd import svd
 
 LARGEST = 1e6  # of lengths and angles as written; far below where products overflow
 KEPT, SNAPPED = 1e-14, 1e-6  # a rotation this near to an exact one is kept as it is, is made exact

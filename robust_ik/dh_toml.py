@@ -14,7 +14,7 @@ from robust_ik.checks import Array
 from robust_ik.dh import DHJoint, DHTable, screw
 from robust_ik.dh_checks import checked_numbers, checked_rigid, shown
 from robust_ik.errors import DHError, suggest
-from robust_ik.files import read_file
+from robust_ik.runtime.files import read_file
 from robust_ik.toml_bounds import read_toml
 
 MAX_BYTES, MAX_LINE = 200_000, 2_000

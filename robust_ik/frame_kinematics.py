@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.chain import Chain
 from robust_ik.checks import Array
 from robust_ik.configurations import Configurations
 from robust_ik.description import Description
 from robust_ik.errors import FrameNotFoundError, InputError, TipError, listed, suggest
-from robust_ik.linalg import svd
+from robust_ik.kinematics.chain import Chain
+from robust_ik.kinematics.svd import svd
+from robust_ik.kinematics.twist_rows import ROWS, checked_rows
 from robust_ik.model import Kinematics
-from robust_ik.rows import ROWS, checked_rows
 
 if TYPE_CHECKING:
     import pinocchio as pin

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from robust_ik.boundary import checked
 from robust_ik.bounds import Bounds
 from robust_ik.checks import checked_parameter
+from robust_ik.checks.public_arguments import checked
 from robust_ik.inverses.task_equation import stacked
 from robust_ik.problem import VelocityProblem
 from robust_ik.resolvers.verdict import reductions

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from robust_ik.chain import Chain, axis_frames
 from robust_ik.description import Description
 from robust_ik.errors import TipError, UrdfError, listed
 from robust_ik.joints import JointMap
+from robust_ik.kinematics.chain import Chain, axis_frames
 from robust_ik.notes import named
 from robust_ik.urdf import fix_joints
 

@@ -9,8 +9,8 @@ from enum import Enum
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.boundary import checked
 from robust_ik.checks import Array, alone, as_array, checked_parameter, readonly
+from robust_ik.checks.public_arguments import checked
 from robust_ik.errors import InputError
 from robust_ik.inverses import RobustInverse
 from robust_ik.inverses.task_equation import TaskEquation

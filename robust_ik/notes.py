@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from robust_ik.errors import listed
-from robust_ik.safe_text import visible
+from robust_ik.errors.safe_text import visible
 
 NAMED = 8
 """How many names a sentence lists."""

@@ -13,15 +13,15 @@ from typing import Any, Self
 
 import numpy as np
 
-from robust_ik.boundary import checked, checked_but
 from robust_ik.checks import Array, readonly
+from robust_ik.checks.public_arguments import checked, checked_but
 from robust_ik.description import Description
 from robust_ik.dh import DHTable
-from robust_ik.files import checked_folders
 from robust_ik.joints import JointMap
+from robust_ik.kinematics.twist_rows import ROWS, checked_rows
 from robust_ik.model import Kinematics, build_model, joints_to_keep
 from robust_ik.pose_inverse import PoseInverse
-from robust_ik.rows import ROWS, checked_rows
+from robust_ik.runtime.files import checked_folders
 from robust_ik.tips import choose_tip
 from robust_ik.urdf import parse_urdf, read_urdf
 

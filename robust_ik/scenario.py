@@ -9,8 +9,8 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from robust_ik.boundary import check_type, checked
 from robust_ik.checks import Array, as_array, checked_parameter, readonly
+from robust_ik.checks.public_arguments import check_type, checked
 from robust_ik.errors import InputError, suggest
 from robust_ik.inverses import RobustInverse
 from robust_ik.limits import Limit

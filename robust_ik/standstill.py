@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.boundary import checked
 from robust_ik.checks import Array, as_array, readonly
+from robust_ik.checks.public_arguments import checked
 from robust_ik.controller import VelocityController
 from robust_ik.errors import InputError, listed
-from robust_ik.linalg import RANK_TOLERANCE, full_svd, svd
+from robust_ik.kinematics.svd import RANK_TOLERANCE, full_svd, svd
+from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.pose_ik import PoseResult
-from robust_ik.rows import ROWS
 from robust_ik.tasks import FrameTask, PositionTask, Stack, Task, checked_stack
 
 LOST = 0.05

@@ -10,15 +10,15 @@ from typing import Any, TypeGuard
 import numpy as np
 from numpy.typing import NDArray
 
-from robust_ik.chain import Chain, number_of
 from robust_ik.checks import Array, readonly
 from robust_ik.inverses import EDLS, DampedLeastSquares, RobustInverse, SingularValueFilter, Weighted
 from robust_ik.inverses.gain_formula import GainFormula
 from robust_ik.inverses.task_equation import TaskEquation
 from robust_ik.kernels import program as p
 from robust_ik.kernels.program import DONE, TOO_LARGE, UNLIKE
-from robust_ik.linalg import null_projector
-from robust_ik.rows import ROWS
+from robust_ik.kinematics.chain import Chain, number_of
+from robust_ik.kinematics.svd import null_projector
+from robust_ik.kinematics.twist_rows import ROWS
 
 MOST_JOINTS = 16
 """Robots with more are stepped in Python."""

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robust_ik.boundary import checked
 from robust_ik.checks import Array
+from robust_ik.checks.public_arguments import checked
 from robust_ik.resolution import Status
 from robust_ik.resolvers import Resolver
 from robust_ik.robot import Robot

@@ -12,17 +12,12 @@ from typing import Any
 import numpy as np
 from lxml import etree
 
-from robust_ik.description import (
-    MOVING_TYPES,
-    Description,
-    Joint,
-    Mimic,
-)
+from robust_ik.description import MOVING_TYPES, Description, Joint, Mimic
 from robust_ik.dh import screw
 from robust_ik.errors import InputError, UrdfError, cut, listed
-from robust_ik.files import read_file
 from robust_ik.meshpaths import MeshPaths
 from robust_ik.notes import Notes, named
+from robust_ik.runtime.files import read_file
 from robust_ik.urdf_checks import check_tree, safe_tree
 from robust_ik.urdf_joints import mend_joints
 from robust_ik.urdf_numbers import shown

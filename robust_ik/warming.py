@@ -6,10 +6,10 @@ import time
 from collections.abc import Callable
 from functools import partial
 
-from robust_ik.boundary import checked
+from robust_ik.checks.public_arguments import checked
 from robust_ik.inverses import CLASSES, GainFormula
-from robust_ik.progress import Told
 from robust_ik.robot import Robot
+from robust_ik.runtime.progress import Told
 
 SMALLEST = 8
 """Kernels for so many joints, rows and columns are the smallest there are."""

@@ -9,14 +9,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from robust_ik.boundary import checked
 from robust_ik.checks import Array, checked_parameter, readonly
+from robust_ik.checks.public_arguments import checked
 from robust_ik.errors import InputError, suggest
-from robust_ik.linalg import svd
-from robust_ik.progress import Told
+from robust_ik.kinematics.svd import svd
+from robust_ik.kinematics.twist_rows import checked_rows
 from robust_ik.robot import Robot
-from robust_ik.rows import checked_rows
-from robust_ik.sweeping import parts, run_pieces, seed_of
+from robust_ik.runtime.parallel import parts, run_pieces, seed_of
+from robust_ik.runtime.progress import Told
 
 COUNT, CHUNK = 20_000, 5_000
 QUANTITIES = ("smallest sigma", "manipulability", "inverse condition")

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robust_ik.rows import ROWS
+from robust_ik.kinematics.twist_rows import ROWS
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ import robust_ik as rik
 from robust_ik.bounds import Bounds
 from robust_ik.inverses.baselines import BASELINES, SlowDown, StopAtSingularity
 from robust_ik.inverses.task_equation import TaskEquation
-from robust_ik.linalg import null_projector
+from robust_ik.kinematics.svd import null_projector
 from robust_ik.problem import VelocityProblem
 from robust_ik.resolvers.baselines import LeakingPriority
 from robust_ik.scenarios.building import KNOWN

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import robust_ik as rik
-from robust_ik.sweeping import process_pool
+from robust_ik.runtime.parallel import process_pool
 
 
 def line(name="line", **options):

@@ -5,7 +5,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import robust_ik as rik
-from robust_ik import derivatives, linalg
+from robust_ik.kinematics import singular_value_gradients as derivatives
+from robust_ik.kinematics import svd as linalg
 from tests.screws import Chain
 
 ROBOTS = ["panda", "ur5", "xarm7", "kinova", "tiago", "pa10", "duleba_3r", "planar_2r", "almarkhi_4dof"]

@@ -18,7 +18,8 @@ from robust_ik.display.panels import curve_panels
 from robust_ik.display.torus import pairs, strokes
 from robust_ik.display.wrenches import Wrenches
 from robust_ik.errors import InputError
-from robust_ik.linalg import svd
+from robust_ik.kinematics.svd import svd
+from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.robot import Robot
 from robust_ik.singularities import Curve, WrenchScrew, find_singularities, trace
 from tests.test_display_report import ARM, EVIL, Tags, animations_of, data_of, tracks
@@ -78,7 +79,7 @@ def test_joint_values_in_the_page_are_those_of_the_walk_in_degrees(name):
 @pytest.mark.parametrize("name", ["srs_7r", "duleba_3r"])
 def test_what_is_marked_as_lost_is_lost_at_every_frame_and_does_not_flicker(name):
     robot, rows = arm(name), atlas_of(name).robot.chain.rows
-    places = [rik.rows.ROWS.index(row) for row in rows]
+    places = [ROWS.index(row) for row in rows]
     for family in shown(name):
         twists = family.walk.twists
         J = robot.jacobian(robot.configuration(family.walk.values), rows=rows)

@@ -18,8 +18,8 @@ from robust_ik.display.tracks import Tracks
 from robust_ik.display.view import View
 from robust_ik.errors import InputError
 from robust_ik.meshes.triangles import signed_volume
-from robust_ik.outputs import write_file
 from robust_ik.robot import Robot
+from robust_ik.runtime.output_files import write_file
 
 ARM = """<robot name="arm">
  <link name="base"><visual><origin xyz="0 0 1"/><geometry>{base}</geometry>

@@ -25,7 +25,7 @@ from robust_ik.inverses import (
 )
 from robust_ik.inverses.base import Jump
 from robust_ik.inverses.task_equation import TaskEquation
-from robust_ik.linalg import RANK_TOLERANCE, SMALLEST_SIGMA, null_projector
+from robust_ik.kinematics.svd import RANK_TOLERANCE, SMALLEST_SIGMA, null_projector
 from tests.cases_filters import CASES
 from tests.test_inverses_contract import largest_over
 from tests.test_linalg import matrix

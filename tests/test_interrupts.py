@@ -11,9 +11,9 @@ from multiprocessing import active_children
 import pytest
 
 import robust_ik as rik
+from robust_ik.runtime.parallel import process_pool
 from robust_ik.singularities import find_singularities, search
 from robust_ik.singularities.confidence import Status
-from robust_ik.sweeping import process_pool
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals of Unix")
 
@@ -31,7 +31,7 @@ main()
 """
 """The command, with one function that waits in place of what it does."""
 
-WRITING = "robust_ik.outputs._keep_rights"
+WRITING = "robust_ik.runtime.output_files._keep_rights"
 INT, TERM = signal.SIGINT, signal.SIGTERM
 
 

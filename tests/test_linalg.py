@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from numpy.testing import assert_allclose
 
-from robust_ik import InputError, checks, linalg
+from robust_ik import InputError, checks
+from robust_ik.kinematics import svd as linalg
 
 SHAPES = [(1, 1), (1, 5), (2, 2), (3, 3), (3, 7), (6, 6), (6, 7), (6, 2), (4, 1)]
 

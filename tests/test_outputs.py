@@ -13,7 +13,7 @@ import pytest
 
 from robust_ik.display.figures import save_figure
 from robust_ik.errors import InputError
-from robust_ik.outputs import check_output, check_outputs, write_file
+from robust_ik.runtime.output_files import check_output, check_outputs, write_file
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="links, pipes and modes of Unix")
 
@@ -124,7 +124,7 @@ def test_a_full_device_is_said_to_be_full():
 
 PROGRAM = """
 import sys
-from robust_ik.outputs import write_file
+from robust_ik.runtime.output_files import write_file
 print("before")
 write_file(sys.argv[1], "result\\n")
 print("after")
@@ -206,7 +206,7 @@ def test_half_a_file_is_never_left_and_the_old_one_stays(tmp_path, monkeypatch):
         def fail(*_, stopped=stopped):
             raise stopped
 
-        monkeypatch.setattr("robust_ik.outputs._keep_rights", fail)
+        monkeypatch.setattr("robust_ik.runtime.output_files._keep_rights", fail)
         with pytest.raises((InputError, KeyboardInterrupt, SystemExit)):
             write_file(path, "new")
         assert path.read_text() == "old"

@@ -28,8 +28,8 @@ from benchmarks.claims.almarkhi import (
     starts,
 )
 from robust_ik.catalog import find
-from robust_ik.derivatives import closed_form_hessian
 from robust_ik.display import descents_figure
+from robust_ik.kinematics.singular_value_gradients import closed_form_hessian
 from robust_ik.singularities.descent import project
 from robust_ik.singularities.finder import find_points
 from robust_ik.singularities.gradient import Slope, gradient_search

@@ -12,6 +12,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import robust_ik as rik
+from robust_ik.catalog import find
 from robust_ik.scenarios import load_scenario
 
 BOUND, ORIENTATION_BOUND = 0.06, 0.3
@@ -90,7 +91,7 @@ def test_the_bound_holds_up_to_the_length_of_a_step(dt, least):
 @pytest.mark.parametrize("lengths", [(0.35, 0.35, 0.26), (0.32, 0.32, 0.32)])
 def test_other_link_lengths_of_the_same_sum_give_the_same_picture(lengths):
     scenario = load_scenario(ONE[0])
-    table = rik.read_dh(rik.catalog.find("planar_3r").path)
+    table = rik.read_dh(find("planar_3r").path)
     joints = tuple(replace(joint, a=length) for joint, length in zip(table.joints, lengths))
     robot = rik.Robot.from_dh(replace(table, joints=joints))
     q, start = scenario.q0.copy(), scenario.motion.path(0.0)

@@ -8,7 +8,7 @@ from scipy.optimize import linprog
 import robust_ik as rik
 from robust_ik.bounds import Bounds
 from robust_ik.inverses.task_equation import TaskEquation
-from robust_ik.linalg import RANK_TOLERANCE
+from robust_ik.kinematics.svd import RANK_TOLERANCE
 from robust_ik.problem import VelocityProblem
 from robust_ik.resolvers.filtered import filtered_motion
 from robust_ik.resolvers.freedom import Freedom

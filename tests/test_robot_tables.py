@@ -9,8 +9,8 @@ from numpy.testing import assert_allclose
 import robust_ik as rik
 from robust_ik.dh_toml import read_dh
 from robust_ik.dh_urdf import dh_to_urdf
-from robust_ik.linalg import svd
-from robust_ik.rows import ROWS
+from robust_ik.kinematics.svd import svd
+from robust_ik.kinematics.twist_rows import ROWS
 
 ROBOTS = Path(__file__).parent.parent / "robots"
 FILES = sorted(ROBOTS.glob("*/*.toml"))

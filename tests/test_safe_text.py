@@ -21,7 +21,7 @@ import robust_ik as rik
 from robust_ik import cli
 from robust_ik.display import write_html
 from robust_ik.errors import LONGEST_MESSAGE, InputError
-from robust_ik.safe_text import (
+from robust_ik.errors.safe_text import (
     in_figure,
     in_html,
     in_latex,

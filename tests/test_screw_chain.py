@@ -8,8 +8,8 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import robust_ik as rik
-from robust_ik.linalg import full_svd
-from robust_ik.rows import ROWS
+from robust_ik.kinematics.svd import full_svd
+from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.singularities.constants import axes_at_zero
 from robust_ik.singularities.descent import LONGEST_STEP, step
 from robust_ik.singularities.kinematics import ScrewChain

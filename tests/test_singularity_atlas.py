@@ -8,7 +8,7 @@ from rich.console import Console
 
 import robust_ik as rik
 from robust_ik.errors import InputError, LoadError, TipError
-from robust_ik.linalg import svd
+from robust_ik.kinematics.svd import svd
 from robust_ik.singularities.atlas import NoSingularitiesError, SingularityAtlas
 from robust_ik.singularities.confidence import Status, missing_mass
 from robust_ik.singularities.search import find_singularities

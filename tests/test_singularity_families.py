@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import robust_ik as rik
-from robust_ik.linalg import svd
+from robust_ik.kinematics.svd import svd
 from robust_ik.singularities.completing import completed
 from robust_ik.singularities.confidence import Status
 from robust_ik.singularities.folded import folded_leaves

@@ -12,7 +12,7 @@ import pytest
 import robust_ik as rik
 from robust_ik.certificates import Certificate, Proof, Verdict, leaves
 from robust_ik.certificates.members import members
-from robust_ik.linalg import svd
+from robust_ik.kinematics.svd import svd
 from robust_ik.singularities import proving
 from robust_ik.singularities.atlas import SingularityAtlas
 from robust_ik.singularities.confidence import Status

@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import robust_ik as rik
-from robust_ik.linalg import svd
+from robust_ik.kinematics.svd import svd
 from robust_ik.singularities import find_singularities, trace
 from robust_ik.singularities.angles import wrapped
 from robust_ik.singularities.descent import project

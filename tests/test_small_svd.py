@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from robust_ik import linalg
+from robust_ik.kinematics import svd as linalg
 
 SHAPES = [(m, n) for m in (1, 2, 3, 5, 6, 8, 9, 13, 16) for n in (1, 2, 3, 4, 6, 7, 8, 11, 16)]
 DIGITS = 60

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import robust_ik as rik
+from robust_ik.bounds import Bounds
 from robust_ik.resolvers import levels
 from tests import soak
 
@@ -73,14 +74,14 @@ def test_the_soak_finds_joints_that_do_not_come_back(monkeypatch):
 
 def test_the_soak_finds_links_that_come_too_near(monkeypatch):
     monkeypatch.setattr(soak, "COLLIDING", 1.0)
-    within = rik.bounds.Bounds.within
+    within = Bounds.within
 
     def deaf(self, stronger):
         """Without the rows."""
         both = within(self, stronger)
         return dataclasses.replace(both, rows=both.rows[:0], floor=both.floor[:0], row_cause=())
 
-    monkeypatch.setattr(rik.bounds.Bounds, "within", deaf)
+    monkeypatch.setattr(Bounds, "within", deaf)
     with pytest.raises(AssertionError, match="^distance"):
         soak.soak([rik.load("panda")], 3_000, seed=1)
 

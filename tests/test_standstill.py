@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import robust_ik as rik
+from robust_ik.limits import HalfSpace, Obstacle
 
 PANDA = rik.load("panda")
 
@@ -48,7 +49,7 @@ def test_a_target_out_of_reach_is_told_with_its_distance_and_what_is_lost():
 
 
 def test_a_table_in_the_way_is_named():
-    floor = rik.limits.Obstacle("table", rik.limits.HalfSpace((0.0, 0.0, 1.0), 0.2))
+    floor = Obstacle("table", HalfSpace((0.0, 0.0, 1.0), 0.2))
     near = rik.CollisionLimit.of(PANDA, obstacles=[floor])
     controller = rik.VelocityController(PANDA, limits=[rik.JointLimits.of(PANDA), near])
     target = PANDA.pose(PANDA.rest).copy()

@@ -12,6 +12,7 @@ from numpy.testing import assert_allclose
 
 import robust_ik as rik
 from robust_ik.inverses.gain_formula import GainFormula
+from robust_ik.kinematics.twist_rows import ROWS
 from tests import pinocchio_reference
 from tests.cases_filters import CASES
 from tests.cases_others import OTHER_CASES
@@ -57,7 +58,7 @@ class Cubic(GainFormula):
 def reference_step(robot, inverse, q, twist, rows=None, secondary=None):
     """By Pinocchio and NumPy."""
     J = pinocchio_reference.jacobian(robot, q, robot.tip, "local_world_aligned")
-    J = J[[rik.robot.ROWS.index(row) for row in (rows or robot.rows)]]
+    J = J[[ROWS.index(row) for row in (rows or robot.rows)]]
     U, s, Vt = np.linalg.svd(J, full_matrices=False)
     qdot = Vt.T @ (inverse.gains(s) * (U.T @ twist))
     return qdot if secondary is None else qdot + secondary - Vt.T @ (Vt @ secondary)
@@ -185,7 +186,7 @@ def test_rows_frames_and_references_are_the_robots(rng):
 def test_a_zero_jacobian_and_a_short_arm_get_finite_motion(rng):
     robot = rik.load("panda")
     assert (rik.Stepper(robot, rik.JParse(), frame="panda_link0").step(robot.rest, np.ones(6)) == 0).all()
-    short = rik.load("duleba_3r").with_rows(rik.robot.ROWS)
+    short = rik.load("duleba_3r").with_rows(ROWS)
     for inverse in (rik.NakamuraHanafusa(), rik.Chiaverini(), rik.DampedLeastSquares(1e-9), rik.MoorePenrose()):
         q, twist = short.random(rng), rng.normal(size=6)
         expected = inverse.solve(short.jacobian(q), twist)

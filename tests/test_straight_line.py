@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from benchmarks.direction_beside_pink import LIMITERS, largest_turn, pink_velocities, runs
-from robust_ik.linalg import svd
+from robust_ik.kinematics.svd import svd
 from robust_ik.scenarios import ur5_elbow, ur5_wrist
 from robust_ik.scenarios.straight_line import turned
 

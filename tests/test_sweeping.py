@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 import robust_ik as rik
+from robust_ik.runtime.parallel import parts, process_pool, run_pieces, seed_of
 from robust_ik.singularities.storage import to_plain
-from robust_ik.sweeping import parts, process_pool, run_pieces, seed_of
 
 CALLER = os.getpid()
 

@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import robust_ik as rik
-from robust_ik import linalg
+from robust_ik.kinematics import svd as linalg
 from robust_ik.tasks import ClimbingTask, ManipulabilityTask, SingularValueTask
 
 ROBOTS = ["panda", "ur5", "xarm7", "kinova", "so101", "pa10", "planar_3r", "panda+panda_rightfinger"]

@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import robust_ik as rik
 from robust_ik.display import plot_workspace, workspace_figure
-from robust_ik.sweeping import process_pool
+from robust_ik.runtime.parallel import process_pool
 
 
 def mapped(name="puma560", count=300, **options):

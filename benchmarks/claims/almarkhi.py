@@ -9,7 +9,7 @@ import numpy as np
 
 import robust_ik as rik
 from robust_ik.catalog import find
-from robust_ik.derivatives import closed_form_hessian, singular_value_gradient
+from robust_ik.kinematics.singular_value_gradients import closed_form_hessian, singular_value_gradient
 from robust_ik.singularities.kinematics import ScrewChain
 
 FIG_1, FIG_2, FIG_3 = (91, 0.01), (239, 0.02), 229

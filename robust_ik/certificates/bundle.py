@@ -7,12 +7,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from robust_ik.boundary import checked
 from robust_ik.certificates.checker import Verdict, check
 from robust_ik.certificates.json_values import CertificateError, a_list, an_object, read_json
 from robust_ik.certificates.proof import Proof
-from robust_ik.files import read_file
-from robust_ik.outputs import write_file
+from robust_ik.checks.public_arguments import checked
+from robust_ik.runtime.files import read_file
+from robust_ik.runtime.output_files import write_file
 
 FORMAT, VERSION = "robust_ik certificates", 1
 LARGEST_FILE = 64_000_000

@@ -13,11 +13,11 @@ import time
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from robust_ik.boundary import checked
 from robust_ik.certificates.effort import Effort
 from robust_ik.certificates.exact_model import ExactArm, UnsupportedError, exact_arm
 from robust_ik.certificates.proof import Arm, Proof
 from robust_ik.checks import checked_parameter
+from robust_ik.checks.public_arguments import checked
 from robust_ik.errors import InputError
 
 if TYPE_CHECKING:

@@ -13,7 +13,6 @@ import random
 from dataclasses import dataclass
 from fractions import Fraction
 
-from robust_ik.boundary import checked
 from robust_ik.certificates.cases import RATIONAL, Factor, Node, State
 from robust_ik.certificates.expected import (
     RefusedError,
@@ -32,6 +31,7 @@ from robust_ik.certificates.proof import Arm, Proof
 from robust_ik.certificates.proof_json import from_json
 from robust_ik.certificates.replay import ROW_NAMES, is_rigid
 from robust_ik.certificates.steps import MOST, TooManyStepsError, at_most
+from robust_ik.checks.public_arguments import checked
 
 ATTEMPTS = 20
 

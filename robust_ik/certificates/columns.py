@@ -17,7 +17,7 @@ from robust_ik.certificates.fields import poly
 from robust_ik.certificates.rational import Matrix, Vector, cross, minus, plus, times, transpose, turn
 from robust_ik.certificates.rational import apply as rotate
 from robust_ik.certificates.trig import Pins, Trig
-from robust_ik.rows import ROWS
+from robust_ik.kinematics.twist_rows import ROWS
 
 
 def middle_links(arm: ExactArm) -> list[int]:

@@ -15,9 +15,20 @@ from typing import TYPE_CHECKING, Any
 
 from lxml import etree
 
-from robust_ik.certificates.rational import IDENTITY, ORIGIN, ZERO, Matrix, Vector, apply, plus, times, transpose, turn
+from robust_ik.certificates.rational import (
+    IDENTITY,
+    ORIGIN,
+    ZERO,
+    Matrix,
+    Vector,
+    apply,
+    plus,
+    times,
+    transpose,
+    turn,
+)
 from robust_ik.description import MOVING_TYPES
-from robust_ik.rows import ROWS
+from robust_ik.kinematics.twist_rows import ROWS
 
 if TYPE_CHECKING:
     from robust_ik.robot import Robot

@@ -8,7 +8,7 @@ import numpy as np
 
 from robust_ik.certificates.proof import Arm
 from robust_ik.checks import Array
-from robust_ik.rows import ROWS
+from robust_ik.kinematics.twist_rows import ROWS
 
 
 def float_jacobian(arm: Arm, values: Array) -> Array:

@@ -20,7 +20,7 @@ from robust_ik.certificates.json_values import (
     read_json,
 )
 from robust_ik.certificates.proof import Arm, Proof
-from robust_ik.rows import ROWS
+from robust_ik.kinematics.twist_rows import ROWS
 
 FORMAT, VERSION = "robust_ik certificate", 2
 TURNING_ONLY = 1

@@ -16,7 +16,7 @@ import robust_ik
 from robust_ik.cli import compare, demo, inverses, robots, singularities, warmup
 from robust_ik.cli.shared import console, errors, show_notes
 from robust_ik.errors import RobustIKError
-from robust_ik.safe_text import in_markup
+from robust_ik.errors.safe_text import in_markup
 
 app = typer.Typer(
     help="Singularity-robust inverse kinematics for any robot arm.",

@@ -10,8 +10,8 @@ import typer
 from robust_ik.cli.choice import inverse_class
 from robust_ik.cli.shared import ReachOption, WorkersOption, check_results, console, say_written
 from robust_ik.errors import InputError
-from robust_ik.progress import progress_bar
-from robust_ik.safe_text import in_markup, plain
+from robust_ik.errors.safe_text import in_markup, plain
+from robust_ik.runtime.progress import progress_bar
 
 if TYPE_CHECKING:
     from robust_ik.scenario import Method, Scenario
@@ -37,8 +37,8 @@ def compare(
 ) -> None:
     """Run a scenario with the methods it names, or with others, and print how they fared."""
     from robust_ik import comparing, report
+    from robust_ik.runtime.parallel import process_pool
     from robust_ik.scenarios import load_scenario, scenarios, with_reach
-    from robust_ik.sweeping import process_pool
 
     if scenario is None:
         console.print(report.scenarios({name: load_scenario(path).title for name, path in scenarios().items()}))

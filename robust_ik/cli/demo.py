@@ -21,7 +21,7 @@ from robust_ik.cli.shared import (
     file_name,
     xacro_arguments,
 )
-from robust_ik.safe_text import in_markup
+from robust_ik.errors.safe_text import in_markup
 
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID

@@ -18,8 +18,8 @@ from robust_ik.cli.shared import (
     xacro_arguments,
 )
 from robust_ik.errors import InputError, RobustIKError, TipError
-from robust_ik.outputs import check_output, write_file
-from robust_ik.safe_text import in_markup, visible
+from robust_ik.errors.safe_text import in_markup, visible
+from robust_ik.runtime.output_files import check_output, write_file
 
 if TYPE_CHECKING:
     from robust_ik.catalog import Entry

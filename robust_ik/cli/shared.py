@@ -10,9 +10,9 @@ import typer
 from rich.console import Console
 
 from robust_ik.errors import InputError, cut
-from robust_ik.files import checked_folders
-from robust_ik.outputs import check_figure, check_outputs
-from robust_ik.safe_text import in_markup
+from robust_ik.errors.safe_text import in_markup
+from robust_ik.runtime.files import checked_folders
+from robust_ik.runtime.output_files import check_figure, check_outputs
 
 console = Console(emoji=False)
 errors = Console(stderr=True, emoji=False)

@@ -20,9 +20,9 @@ from robust_ik.cli.shared import (
     xacro_arguments,
 )
 from robust_ik.errors import InputError
-from robust_ik.files import read_file
-from robust_ik.progress import progress_bar
-from robust_ik.safe_text import in_markup
+from robust_ik.errors.safe_text import in_markup
+from robust_ik.runtime.files import read_file
+from robust_ik.runtime.progress import progress_bar
 
 if TYPE_CHECKING:
     from robust_ik.certificates import Proof, Verdict
@@ -56,8 +56,8 @@ def singularities(
 ) -> None:
     """Find every family of singular configurations: conditions, dimension, limits, what is lost, how sure that is."""
     from robust_ik.loading import load
+    from robust_ik.runtime.parallel import process_pool
     from robust_ik.singularities import find_singularities  # takes half a second to import: only where it is needed
-    from robust_ik.sweeping import process_pool
 
     if markdown and latex:
         raise InputError("choose one of --markdown and --latex")

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from robust_ik.boundary import checked
+from robust_ik.checks.public_arguments import checked
 from robust_ik.display.families import Family, Motion, families
 from robust_ik.display.family_rows import family_table
 from robust_ik.display.family_scene import DrawnFamilies, DrawnMotion, draw_families
@@ -18,9 +18,9 @@ from robust_ik.display.pack import packed_scene
 from robust_ik.display.page import document
 from robust_ik.display.scene import Scene
 from robust_ik.display.stage import Entry, animation_data, missing_notice, node_parts, stage
-from robust_ik.outputs import write_file
+from robust_ik.errors.safe_text import in_html
 from robust_ik.robot import Robot
-from robust_ik.safe_text import in_html
+from robust_ik.runtime.output_files import write_file
 from robust_ik.singularities.atlas import SingularityAtlas
 from robust_ik.singularities.facts import RobotFacts
 from robust_ik.singularities.lost import FLAT

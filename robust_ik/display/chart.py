@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robust_ik.checks import Array
-from robust_ik.safe_text import in_html
+from robust_ik.errors.safe_text import in_html
 
 WIDTH, HEIGHT = 400.0, 132.0
 LEFT, RIGHT, TOP, BOTTOM = 46.0, 8.0, 20.0, 20.0

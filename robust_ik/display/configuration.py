@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.boundary import checked
+from robust_ik.checks.public_arguments import checked
 from robust_ik.display import marks
 from robust_ik.display.drawn_robot import DrawnRobot, draw_robot
 from robust_ik.display.marks import GAMMA, Ellipsoids, LostDirections

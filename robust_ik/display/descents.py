@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robust_ik.boundary import checked
+from robust_ik.checks.public_arguments import checked
 from robust_ik.errors import InputError
 from robust_ik.singularities.gradient import FOUND
 from robust_ik.singularities.history import Descent

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.boundary import checked
 from robust_ik.checks import Array, alone, as_array
+from robust_ik.checks.public_arguments import checked
 from robust_ik.description import Box, Cylinder, Mesh, Sphere
 from robust_ik.display._meshcat import Visualizer, geometry
 from robust_ik.display.names import node_names

@@ -18,7 +18,7 @@ from robust_ik.display.family_words import (
 )
 from robust_ik.display.panels import curve_panels
 from robust_ik.display.results import number
-from robust_ik.safe_text import in_html
+from robust_ik.errors.safe_text import in_html
 from robust_ik.singularities.facts import RobotFacts
 from robust_ik.singularities.tables import cells
 

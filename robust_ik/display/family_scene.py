@@ -17,7 +17,7 @@ from robust_ik.display.runs import TRAIL_COLOR
 from robust_ik.display.scene import Scene
 from robust_ik.display.tracks import Tracks
 from robust_ik.display.wrenches import Wrenches, animate_wrenches, draw_wrenches
-from robust_ik.linalg import svd
+from robust_ik.kinematics.svd import svd
 from robust_ik.robot import Robot
 
 MARK, TRAIL = 0.28, 0.005

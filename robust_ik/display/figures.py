@@ -7,7 +7,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from robust_ik.outputs import check_figure, write_file
+from robust_ik.runtime.output_files import check_figure, write_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

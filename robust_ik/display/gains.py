@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robust_ik.boundary import checked_but
 from robust_ik.checks import Array, checked_parameter
+from robust_ik.checks.public_arguments import checked_but
 from robust_ik.display.figures import save_figure
 from robust_ik.errors import InputError
 from robust_ik.inverses import SingularValueFilter
-from robust_ik.outputs import check_figure
+from robust_ik.runtime.output_files import check_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -24,8 +24,8 @@ from robust_ik.display.shapes import (
     turning_ring,
 )
 from robust_ik.display.tracks import LARGEST, Still, Tracks
+from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.meshes.triangles import Triangles
-from robust_ik.rows import ROWS
 
 LOST: Color = (0.88, 0.12, 0.22, 1.0)
 ELLIPSOID: Color = (0.15, 0.55, 0.75, 0.22)

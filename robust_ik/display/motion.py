@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robust_ik.checks import Array
-from robust_ik.linalg import svd
+from robust_ik.kinematics.svd import svd
 
 EQUAL = 1e-3
 """Singular values closer than this fraction of the largest one are taken as equal: their vectors may be turned."""

@@ -14,7 +14,7 @@ from typing import Any
 
 from robust_ik.display._meshcat import VIEWER_FOLDER
 from robust_ik.display.pack import packed_scene
-from robust_ik.safe_text import in_html
+from robust_ik.errors.safe_text import in_html
 
 
 def scene_page(commands: Iterable[bytes], title: str) -> str:

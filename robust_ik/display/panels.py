@@ -6,7 +6,7 @@ import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.display.torus import Axis, pairs, strokes
-from robust_ik.safe_text import in_html
+from robust_ik.errors.safe_text import in_html
 from robust_ik.singularities.kinematics import ScrewChain
 from robust_ik.singularities.tracing import Curve
 

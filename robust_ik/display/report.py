@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from robust_ik.boundary import checked
+from robust_ik.checks.public_arguments import checked
 from robust_ik.display.marks import GAMMA
 from robust_ik.display.names import distinct
 from robust_ik.display.pack import packed_scene
@@ -16,9 +16,9 @@ from robust_ik.display.scene import Scene
 from robust_ik.display.shapes import Color
 from robust_ik.display.stage import Entry, animation_data, missing_notice, node_parts, stage
 from robust_ik.errors import InputError
+from robust_ik.errors.safe_text import in_html
 from robust_ik.inverses import JParse
-from robust_ik.outputs import write_file
-from robust_ik.safe_text import in_html
+from robust_ik.runtime.output_files import write_file
 from robust_ik.trajectory import Trajectory
 
 PALETTE = ("#1f77c9", "#e08a00", "#8e5bd0", "#12907f", "#b0552f", "#6b7785", "#c04f8f", "#7a8f1e")

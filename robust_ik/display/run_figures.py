@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robust_ik.boundary import checked
 from robust_ik.checks import Array
+from robust_ik.checks.public_arguments import checked
 from robust_ik.display.figures import save_figure
 from robust_ik.errors import InputError, suggest
-from robust_ik.outputs import check_figure
-from robust_ik.safe_text import in_figure
+from robust_ik.errors.safe_text import in_figure
+from robust_ik.runtime.output_files import check_figure
 from robust_ik.trajectory import Trajectory
 
 if TYPE_CHECKING:

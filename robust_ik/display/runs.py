@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from robust_ik.boundary import checked
+from robust_ik.checks.public_arguments import checked
 from robust_ik.display import marks
 from robust_ik.display._meshcat import Visualizer
 from robust_ik.display.drawn_robot import DrawnRobot, draw_robot

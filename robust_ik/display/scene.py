@@ -9,8 +9,8 @@ from typing import Any, Self
 
 import numpy as np
 
-from robust_ik.boundary import checked
 from robust_ik.checks import Array, as_measures, checked_parameter
+from robust_ik.checks.public_arguments import checked
 from robust_ik.display._meshcat import Visualizer
 from robust_ik.display.page import scene_page
 from robust_ik.display.server import LiveServer
@@ -19,7 +19,7 @@ from robust_ik.display.tracks import Tracks
 from robust_ik.display.view import View
 from robust_ik.display.window import RecordingWindow
 from robust_ik.errors import InputError
-from robust_ik.outputs import write_file
+from robust_ik.runtime.output_files import write_file
 
 
 class Scene:

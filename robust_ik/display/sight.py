@@ -9,7 +9,7 @@ from robust_ik.display.drawn_robot import DrawnRobot
 from robust_ik.display.frames import Frames
 from robust_ik.display.marks import LostDirections
 from robust_ik.display.scene import Scene
-from robust_ik.linalg import svd
+from robust_ik.kinematics.svd import svd
 
 
 def place_camera(scene: Scene, robot: DrawnRobot, frames: Frames, lost: LostDirections) -> float:

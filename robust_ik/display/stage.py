@@ -9,7 +9,7 @@ from typing import Any
 from robust_ik.display._meshcat import Visualizer
 from robust_ik.display.drawn_robot import MissingMesh
 from robust_ik.display.tracks import Tracks
-from robust_ik.safe_text import in_html
+from robust_ik.errors.safe_text import in_html
 
 MOST_NAMED = 40
 Entry = tuple[str, str, str, str]

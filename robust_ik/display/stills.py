@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.boundary import checked
 from robust_ik.checks import Array, as_array, checked_parameter
+from robust_ik.checks.public_arguments import checked
 from robust_ik.errors import InputError, TipError
-from robust_ik.linalg import svd
+from robust_ik.kinematics.svd import svd
+from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.robot import Robot
-from robust_ik.rows import ROWS
 from robust_ik.singularities.sparse import sparse_basis
 
 if TYPE_CHECKING:

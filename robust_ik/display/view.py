@@ -8,7 +8,7 @@ import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.display._meshcat import Visualizer
-from robust_ik.linalg import svd
+from robust_ik.kinematics.svd import svd
 
 CAMERA = "/Cameras/default/rotated/<object>"
 FIELD_OF_VIEW = 36.0

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robust_ik.boundary import checked
+from robust_ik.checks.public_arguments import checked
 from robust_ik.display.figures import save_figure
-from robust_ik.outputs import check_figure
-from robust_ik.safe_text import in_figure
+from robust_ik.errors.safe_text import in_figure
+from robust_ik.runtime.output_files import check_figure
 from robust_ik.workspace import WorkspaceMap
 
 if TYPE_CHECKING:

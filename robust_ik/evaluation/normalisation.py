@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.boundary import computed
 from robust_ik.checks import Array, as_array
+from robust_ik.checks.public_arguments import computed
 from robust_ik.errors import InputError
 
 

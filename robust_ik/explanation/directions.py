@@ -8,7 +8,7 @@ from enum import StrEnum
 import numpy as np
 
 from robust_ik.checks import Array, readonly
-from robust_ik.linalg import RANK_TOLERANCE, lost_directions, svd
+from robust_ik.kinematics.svd import RANK_TOLERANCE, lost_directions, svd
 
 EXACT_TO = 1e-6
 """A direction counts as exact, or as cut, to this fraction of what is asked."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from robust_ik.checks import Array
-from robust_ik.safe_text import visible
+from robust_ik.errors.safe_text import visible
 
 if TYPE_CHECKING:
     from robust_ik.explanation.step import Explanation

@@ -24,7 +24,7 @@ from robust_ik.checks import Array
 from robust_ik.inverses.base import SingularValueFilter
 from robust_ik.inverses.duleba_clamp import DulebaClamp
 from robust_ik.inverses.truncated_svd import TruncatedSVD
-from robust_ik.linalg import null_projector, svd
+from robust_ik.kinematics.svd import null_projector, svd
 
 
 class Ablation(NamedTuple):

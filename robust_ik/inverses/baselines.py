@@ -14,7 +14,7 @@ from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card, RobustInverse
 from robust_ik.inverses.moore_penrose import MoorePenrose
 from robust_ik.inverses.task_equation import TaskEquation
-from robust_ik.linalg import svd
+from robust_ik.kinematics.svd import svd
 
 
 @dataclass(frozen=True)

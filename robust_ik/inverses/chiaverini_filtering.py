@@ -10,8 +10,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.boundary import check_type
 from robust_ik.checks import Array, as_array, checked_parameter
+from robust_ik.checks.public_arguments import check_type
 from robust_ik.inverses.base import Card, Jump
 from robust_ik.inverses.chiaverini import largest_fading_gain
 from robust_ik.inverses.gain_formula import GainFormula

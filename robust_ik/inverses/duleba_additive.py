@@ -14,7 +14,7 @@ from robust_ik.checks import Array, as_array, check_leading_axes, checked_parame
 from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card, RobustInverse
 from robust_ik.inverses.pieces import applied, damped_gain
-from robust_ik.linalg import SMALLEST_SIGMA, svd
+from robust_ik.kinematics.svd import SMALLEST_SIGMA, svd
 
 Variant = Literal["plain", "scaled", "floored"]
 

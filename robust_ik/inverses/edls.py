@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, as_measures, checked_parameter
-from robust_ik.derivatives import singular_value_gradients
 from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card
 from robust_ik.inverses.gain_formula import GainFormula
@@ -18,7 +17,8 @@ from robust_ik.inverses.gain_pieces import Quantity, kept_or_zero
 from robust_ik.inverses.pieces import falling_zero
 from robust_ik.inverses.task_equation import TaskEquation
 from robust_ik.kernels.choice import where
-from robust_ik.linalg import svd
+from robust_ik.kinematics.singular_value_gradients import singular_value_gradients
+from robust_ik.kinematics.svd import svd
 
 
 @dataclass(frozen=True)

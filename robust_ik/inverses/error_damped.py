@@ -15,7 +15,7 @@ from robust_ik.inverses.base import Card, RobustInverse
 from robust_ik.inverses.damped_least_squares import DampedLeastSquares
 from robust_ik.inverses.pieces import applied, damped_gain
 from robust_ik.inverses.task_equation import TaskEquation
-from robust_ik.linalg import RANK_TOLERANCE, svd
+from robust_ik.kinematics.svd import RANK_TOLERANCE, svd
 
 
 def half_square(error: Array) -> Array:

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.typing import ArrayLike
 
-from robust_ik.boundary import check_type
 from robust_ik.checks import Array, checked_parameter
+from robust_ik.checks.public_arguments import check_type
 from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card
 from robust_ik.inverses.gain_formula import GainFormula

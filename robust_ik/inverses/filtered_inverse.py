@@ -12,7 +12,7 @@ from robust_ik.checks import Array, as_array, as_measures, check_leading_axes, c
 from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card, RobustInverse, SingularValueFilter
 from robust_ik.inverses.damped_least_squares import DampedLeastSquares
-from robust_ik.linalg import svd
+from robust_ik.kinematics.svd import svd
 
 
 @dataclass(frozen=True)

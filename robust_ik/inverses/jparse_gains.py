@@ -14,7 +14,7 @@ from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card, RobustInverse
 from robust_ik.inverses.pieces import applied
 from robust_ik.inverses.weighted import check_linear_rows, leading_rows
-from robust_ik.linalg import null_projector, svd
+from robust_ik.kinematics.svd import null_projector, svd
 
 
 @dataclass(frozen=True)

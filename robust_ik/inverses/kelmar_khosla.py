@@ -13,7 +13,7 @@ from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card, RobustInverse
 from robust_ik.inverses.damped_least_squares import DampedLeastSquares
 from robust_ik.inverses.pieces import apply_gains, damped_gain
-from robust_ik.linalg import RANK_TOLERANCE, svd
+from robust_ik.kinematics.svd import RANK_TOLERANCE, svd
 
 
 @dataclass(frozen=True)

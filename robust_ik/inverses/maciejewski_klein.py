@@ -14,7 +14,7 @@ from robust_ik.inverses.base import Card, RobustInverse
 from robust_ik.inverses.damped_least_squares import DampedLeastSquares
 from robust_ik.inverses.pieces import apply_gains, damped_gain, fading_damping
 from robust_ik.inverses.weighted import check_whole
-from robust_ik.linalg import SMALLEST_SIGMA, svd
+from robust_ik.kinematics.svd import SMALLEST_SIGMA, svd
 
 
 class SmallestSingularValues:

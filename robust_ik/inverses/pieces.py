@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from robust_ik.checks import Array, as_measures, check_leading_axes, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.inverses.gain_pieces import damped, fading
-from robust_ik.linalg import ThinSVD
+from robust_ik.kinematics.svd import ThinSVD
 
 
 def damped_gain(s: ArrayLike, squared_damping: ArrayLike) -> Array:

@@ -13,7 +13,7 @@ from robust_ik.checks import Array, as_array, check_leading_axes, checked_parame
 from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card, RobustInverse
 from robust_ik.inverses.weighted import check_linear_rows, leading_rows
-from robust_ik.linalg import RANK_TOLERANCE, svd
+from robust_ik.kinematics.svd import RANK_TOLERANCE, svd
 
 Clamp = Literal["hard", "smooth"]
 

@@ -10,9 +10,9 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.boundary import checked, checked_but
 from robust_ik.bounds import Bounds
 from robust_ik.checks import Array, as_array, checked_parameter, readonly
+from robust_ik.checks.public_arguments import checked, checked_but
 from robust_ik.errors import InputError
 from robust_ik.limits.base import Limit
 from robust_ik.limits.collision_geometry import Contact

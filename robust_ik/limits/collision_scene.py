@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robust_ik.checks import Array
+from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.limits.collision_bodies import Bodies, Solid
 from robust_ik.limits.collision_geometry import Contact, contact, placed, primitive
 from robust_ik.limits.obstacles import Obstacle
 from robust_ik.robot import Robot
-from robust_ik.rows import ROWS
 
 Pair = tuple[str, str]
 FARTHEST = 1e9

@@ -13,9 +13,9 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robust_ik.boundary import check_type
 from robust_ik.bounds import Bounds
 from robust_ik.checks import Array, as_array, checked_cap, checked_parameter, readonly
+from robust_ik.checks.public_arguments import check_type
 from robust_ik.errors import InputError
 from robust_ik.limits.base import Limit
 from robust_ik.robot import Robot

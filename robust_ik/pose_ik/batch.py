@@ -12,7 +12,7 @@ import numpy as np
 from robust_ik.checks import Array
 from robust_ik.errors import InputError
 from robust_ik.kernels import pose_layout as lay
-from robust_ik.sweeping import run_pieces
+from robust_ik.runtime.parallel import run_pieces
 
 if TYPE_CHECKING:
     from robust_ik.pose_ik.solver import PoseSolver

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, as_array, checked_rigid
 from robust_ik.errors import InputError
-from robust_ik.rows import ROWS
+from robust_ik.kinematics.twist_rows import ROWS
 
 POSITIONS = ROWS[:3]
 FARTHEST = 1e9

@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from robust_ik.chain import Chain
 from robust_ik.checks import Array, readonly
 from robust_ik.errors import InputError
 from robust_ik.kernels import pose_layout as lay
+from robust_ik.kinematics.chain import Chain
+from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.pose_ik.span import find_span
-from robust_ik.rows import ROWS
 
 
 def pack(chain: Chain, lower: Array, upper: Array, rows: tuple[str, ...]) -> Array:

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from robust_ik.chain import Chain
 from robust_ik.checks import Array
+from robust_ik.kinematics.chain import Chain
 from robust_ik.pose_ik.span import at_zero, find_span
 
 SMALLEST, LARGEST = 0.2, 10.0

@@ -12,18 +12,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.chain import Chain
 from robust_ik.checks import Array, as_array, check_leading_axes
 from robust_ik.errors import InputError
 from robust_ik.kernels import pose_layout as lay
-from robust_ik.linalg import singular_values
+from robust_ik.kinematics.chain import Chain
+from robust_ik.kinematics.svd import singular_values
+from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.pose_ik.batch import cut, run
 from robust_ik.pose_ik.inputs import as_pose, as_poses, as_start, as_starts, plain, refuse
 from robust_ik.pose_ik.options import Effort, Prefer, pack_options
 from robust_ik.pose_ik.packing import pack
 from robust_ik.pose_ik.result import PoseResult, PoseResults, SeveralSolutions
 from robust_ik.pose_ik.units import PoseUnits
-from robust_ik.rows import ROWS
 
 ROTATION_TOLERANCE, APART = 1e-8, 0.1
 USUAL = ("nearest", 1, "normal", None, ROTATION_TOLERANCE, None, APART)

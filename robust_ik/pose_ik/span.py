@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robust_ik.chain import Chain
 from robust_ik.checks import Array
+from robust_ik.kinematics.chain import Chain
 
 ROUNDS = 60
 MOST_CORNERS = 6

@@ -11,8 +11,9 @@ import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.inverses.task_equation import TaskEquation
+from robust_ik.kinematics.svd import length, singular_values
+from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.limits import Limit
-from robust_ik.linalg import length, singular_values
 from robust_ik.reaching.braking import braking_ratio
 from robust_ik.reaching.goals import GoalFinder
 from robust_ik.reaching.path import Caps, Path, fitting_speed
@@ -20,7 +21,6 @@ from robust_ik.reaching.plan import Plan, plan, what_turns
 from robust_ik.reaching.space import Space
 from robust_ik.reaching.watch import Noise, Servo, scaled
 from robust_ik.robot import Robot
-from robust_ik.rows import ROWS
 from robust_ik.tasks.base import Drive, Moment, Task
 from robust_ik.tasks.frame import FrameTask
 from robust_ik.tasks.posture import joint_equation

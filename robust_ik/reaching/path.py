@@ -9,8 +9,8 @@ import numpy as np
 
 from robust_ik.bounds import Bounds
 from robust_ik.checks import Array
+from robust_ik.kinematics.svd import norms
 from robust_ik.limits.joint import braking_speed
-from robust_ik.linalg import norms
 from robust_ik.reaching.space import Space
 from robust_ik.tasks.frame import FrameTask
 from robust_ik.tasks.selection import indices, task_rows

@@ -6,7 +6,7 @@ import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.inverses.task_equation import TaskEquation
-from robust_ik.linalg import length
+from robust_ik.kinematics.svd import length
 from robust_ik.robot import Robot
 
 WINDOW, STEPS = 0.25, 10

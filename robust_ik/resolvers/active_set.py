@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robust_ik.checks import Array
-from robust_ik.linalg import complement, length
+from robust_ik.kinematics.svd import complement, length
 
 SAME = 1e-10
 """Unit rows whose slope along a unit step is less than this do not stop it."""

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from robust_ik.checks import LARGEST_PARAMETER, Array
 from robust_ik.inverses import RobustInverse, SingularValueFilter, Weighted
 from robust_ik.inverses.task_equation import TaskEquation
-from robust_ik.linalg import singular_values
+from robust_ik.kinematics.svd import singular_values
 from robust_ik.resolvers.freedom import Freedom, Reduced
 
 

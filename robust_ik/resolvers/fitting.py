@@ -11,7 +11,7 @@ import numpy as np
 
 from robust_ik.bounds import Bounds
 from robust_ik.checks import Array
-from robust_ik.linalg import complement, length
+from robust_ik.kinematics.svd import complement, length
 from robust_ik.resolvers.freedom import Freedom, Reduced
 from robust_ik.resolvers.motion_cost import MotionCost, motion_cost
 from robust_ik.resolvers.qp import share_of, solve_within

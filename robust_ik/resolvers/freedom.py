@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robust_ik.checks import Array
-from robust_ik.linalg import RANK_TOLERANCE, full_svd, singular_values
+from robust_ik.kinematics.svd import RANK_TOLERANCE, full_svd, singular_values
 
 
 @dataclass(frozen=True, eq=False)

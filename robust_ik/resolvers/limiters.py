@@ -9,8 +9,8 @@ from __future__ import annotations
 import abc
 from dataclasses import dataclass, replace
 
-from robust_ik.boundary import check_type
 from robust_ik.checks import Array
+from robust_ik.checks.public_arguments import check_type
 from robust_ik.resolvers.fitting import Wish, directed, nearest, slowed, within_speeds
 from robust_ik.resolvers.qp import check_backend, share_of
 

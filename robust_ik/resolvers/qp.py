@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from robust_ik.bounds import Bounds
 from robust_ik.checks import Array
 from robust_ik.errors import InputError
-from robust_ik.linalg import least_norm_solution
+from robust_ik.kinematics.svd import least_norm_solution
 from robust_ik.resolvers.active_set import minimise
 
 REGULARISATION = 1e-9

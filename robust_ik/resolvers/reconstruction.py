@@ -9,13 +9,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from robust_ik.boundary import check_type
 from robust_ik.checks import Array, checked_parameter
-from robust_ik.derivatives import manipulability_gradient
+from robust_ik.checks.public_arguments import check_type
 from robust_ik.errors import InputError
 from robust_ik.inverses import JParse, SingularValueFilter
 from robust_ik.inverses.task_equation import TaskEquation, stacked
-from robust_ik.linalg import least_norm_solution, manipulability
+from robust_ik.kinematics.singular_value_gradients import manipulability_gradient
+from robust_ik.kinematics.svd import least_norm_solution, manipulability
 from robust_ik.problem import VelocityProblem
 from robust_ik.resolvers.filtered import level_gains
 from robust_ik.resolvers.freedom import Reduced

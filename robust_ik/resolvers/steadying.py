@@ -18,7 +18,7 @@ from __future__ import annotations
 import numpy as np
 
 from robust_ik.checks import Array
-from robust_ik.linalg import length
+from robust_ik.kinematics.svd import length
 from robust_ik.resolvers.freedom import Reduced
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from robust_ik.checks import Array, readonly
-from robust_ik.linalg import length
+from robust_ik.kinematics.svd import length
 from robust_ik.problem import VelocityProblem
 from robust_ik.resolution import LevelResult, Resolution, Status
 from robust_ik.resolvers.freedom import Freedom, Reduced

@@ -8,10 +8,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from robust_ik.boundary import check_type
 from robust_ik.checks import Array, checked_parameter
+from robust_ik.checks.public_arguments import check_type
 from robust_ik.errors import InputError
-from robust_ik.linalg import length
+from robust_ik.kinematics.svd import length
 from robust_ik.problem import VelocityProblem
 from robust_ik.resolution import Resolution
 from robust_ik.resolvers.base import InverseResolver

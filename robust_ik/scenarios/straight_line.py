@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, as_array
 from robust_ik.controller import VelocityController
-from robust_ik.linalg import svd
+from robust_ik.kinematics.svd import svd
 from robust_ik.loading import load
 from robust_ik.paths import Line
 from robust_ik.resolution import Resolution

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
-from robust_ik.boundary import checked
 from robust_ik.certificates import Certificate
+from robust_ik.checks.public_arguments import checked
 from robust_ik.errors import RobustIKError
-from robust_ik.progress import Told
+from robust_ik.runtime.progress import Told
 from robust_ik.singularities.confidence import Evidence, Status
 from robust_ik.singularities.facts import RobotFacts
 from robust_ik.singularities.finder import Method

@@ -9,11 +9,11 @@ import numpy as np
 from robust_ik.certificates import Proof
 from robust_ik.certificates.certify import certify_plain
 from robust_ik.certificates.proof import Arm
+from robust_ik.runtime.parallel import parts
 from robust_ik.singularities.finder import Method, find_points
 from robust_ik.singularities.kinematics import ScrewChain
 from robust_ik.singularities.points import Points
 from robust_ik.singularities.proving import Proven
-from robust_ik.sweeping import parts
 
 CHUNK = 500
 """Starts in a piece. With more, products of their matrices would be split among threads where there are some."""

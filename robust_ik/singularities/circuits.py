@@ -13,7 +13,7 @@ from itertools import combinations
 import numpy as np
 
 from robust_ik.checks import Array
-from robust_ik.linalg import singular_values, svd
+from robust_ik.kinematics.svd import singular_values, svd
 from robust_ik.singularities.angles import Angle
 
 LARGEST = 4

@@ -12,7 +12,7 @@ from itertools import product
 import numpy as np
 
 from robust_ik.checks import Array
-from robust_ik.linalg import singular_values
+from robust_ik.kinematics.svd import singular_values
 from robust_ik.singularities.angles import Angle, candidates
 from robust_ik.singularities.circuits import INDEPENDENT, Circuit, circuit_groups, independent
 from robust_ik.singularities.kinematics import ScrewChain

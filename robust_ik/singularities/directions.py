@@ -8,7 +8,7 @@ import numpy as np
 
 from robust_ik.checks import Array, as_array, readonly
 from robust_ik.errors import InputError
-from robust_ik.linalg import full_svd
+from robust_ik.kinematics.svd import full_svd
 from robust_ik.singularities.sparse import sparse_basis
 from robust_ik.singularities.wrench import WrenchScrew
 

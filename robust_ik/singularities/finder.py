@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, as_array, checked_parameter
 from robust_ik.errors import InputError
-from robust_ik.linalg import singular_values
+from robust_ik.kinematics.svd import singular_values
 from robust_ik.singularities.descent import TOLERANCE, Search
 from robust_ik.singularities.descent import project as project
 from robust_ik.singularities.gradient import gradient_search

@@ -12,7 +12,7 @@ from itertools import combinations
 import numpy as np
 
 from robust_ik.checks import Array
-from robust_ik.linalg import svd
+from robust_ik.kinematics.svd import svd
 from robust_ik.singularities.angles import Angle, candidates
 from robust_ik.singularities.finder import local_dimensions
 from robust_ik.singularities.kinematics import ScrewChain

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robust_ik.checks import Array
-from robust_ik.linalg import svd
+from robust_ik.kinematics.svd import svd
 from robust_ik.singularities.angles import wrapped
 from robust_ik.singularities.descent import project
 from robust_ik.singularities.kinematics import ScrewChain

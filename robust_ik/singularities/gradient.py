@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robust_ik.checks import Array
-from robust_ik.linalg import singular_values, svd
+from robust_ik.kinematics.svd import singular_values, svd
 from robust_ik.singularities.descent import LONGEST_STEP, TOLERANCE, Search, project
 from robust_ik.singularities.kinematics import ScrewChain
 from robust_ik.singularities.residual import Indices, Residual

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, as_array, checked_parameter, readonly
 from robust_ik.errors import InputError
-from robust_ik.linalg import singular_values
+from robust_ik.kinematics.svd import singular_values
 from robust_ik.singularities.gradient import FOUND, Slope, directions, line_search
 from robust_ik.singularities.kinematics import ScrewChain
 from robust_ik.singularities.residual import check_corank

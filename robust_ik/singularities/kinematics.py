@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.chain import Chain
 from robust_ik.checks import Array, as_array, checked_parameter, readonly
 from robust_ik.errors import InputError
-from robust_ik.linalg import singular_values
-from robust_ik.rows import ROWS, checked_rows
+from robust_ik.kinematics.chain import Chain
+from robust_ik.kinematics.svd import singular_values
+from robust_ik.kinematics.twist_rows import ROWS, checked_rows
 from robust_ik.singularities.constants import constants, ranges
 
 if TYPE_CHECKING:

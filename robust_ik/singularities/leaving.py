@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robust_ik.checks import Array, readonly
-from robust_ik.linalg import full_svd, svd
-from robust_ik.rows import ROWS
+from robust_ik.kinematics.svd import full_svd, svd
+from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.singularities.directions import LostMotion
 from robust_ik.singularities.kinematics import ScrewChain
 

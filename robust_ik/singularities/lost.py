@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robust_ik.checks import Array, readonly
-from robust_ik.rows import ROWS
+from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.singularities.directions import LostMotion, lost_motion
 from robust_ik.singularities.kinematics import ScrewChain
 from robust_ik.singularities.landmarks import Axes, landmarks

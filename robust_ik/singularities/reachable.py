@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from robust_ik.linalg import singular_values
-from robust_ik.rows import always_deficient, movable_rows
+from robust_ik.kinematics.svd import singular_values
+from robust_ik.kinematics.twist_rows import always_deficient, movable_rows
 from robust_ik.singularities.kinematics import ScrewChain
 
 SAMPLES = 20

@@ -11,7 +11,7 @@ from itertools import chain, product
 import numpy as np
 
 from robust_ik.checks import Array, readonly
-from robust_ik.linalg import svd
+from robust_ik.kinematics.svd import svd
 from robust_ik.singularities.angles import Angle
 
 DEGREES = (1, 2, 3, 4)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.errors import LoadError
-from robust_ik.rows import checked_rows
+from robust_ik.kinematics.twist_rows import checked_rows
 from robust_ik.singularities.atlas import Settings, SingularityAtlas
 from robust_ik.singularities.confidence import Evidence
 from robust_ik.singularities.facts import SAME, RobotFacts, jacobians_apart

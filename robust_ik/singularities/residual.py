@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from robust_ik.checks import Array
 from robust_ik.errors import InputError
-from robust_ik.linalg import full_svd, singular_values
+from robust_ik.kinematics.svd import full_svd, singular_values
 from robust_ik.singularities.kinematics import ScrewChain
 
 Indices = NDArray[np.int_]

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from robust_ik.checks import Array
-from robust_ik.linalg import svd
+from robust_ik.kinematics.svd import svd
 from robust_ik.singularities.components import count_components
 from robust_ik.singularities.descent import project
 from robust_ik.singularities.facts import RobotFacts

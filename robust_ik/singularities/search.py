@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robust_ik.boundary import checked
 from robust_ik.certificates import Certificate
 from robust_ik.checks import checked_parameter
+from robust_ik.checks.public_arguments import checked
 from robust_ik.errors import InputError
-from robust_ik.progress import Told
+from robust_ik.runtime.parallel import parts, seed_of
+from robust_ik.runtime.progress import Told
 from robust_ik.singularities.atlas import Settings, SingularityAtlas
 from robust_ik.singularities.chunks import CHUNK
 from robust_ik.singularities.coranks import begin, hold_out, judged, read_corank, say_what_is_left, unjudged
@@ -24,7 +25,6 @@ from robust_ik.singularities.residual import check_corank
 from robust_ik.singularities.rowmaking import make_rows
 from robust_ik.singularities.strata import Stratum
 from robust_ik.singularities.work import Tally, Work, work_of
-from robust_ik.sweeping import parts, seed_of
 
 if TYPE_CHECKING:
     from robust_ik.dh import DHTable

@@ -13,9 +13,9 @@ from robust_ik.certificates import Certificate, CertificateError, Proof
 from robust_ik.certificates.json_values import read_json
 from robust_ik.checks import Array
 from robust_ik.errors import LoadError, RobustIKError
-from robust_ik.files import read_file
-from robust_ik.outputs import write_file
-from robust_ik.rows import checked_rows
+from robust_ik.kinematics.twist_rows import checked_rows
+from robust_ik.runtime.files import read_file
+from robust_ik.runtime.output_files import write_file
 from robust_ik.singularities.angles import Angle
 from robust_ik.singularities.atlas import Settings, SingularityAtlas
 from robust_ik.singularities.confidence import Evidence, Status

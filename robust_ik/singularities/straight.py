@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robust_ik.chain import axis_frames
 from robust_ik.checks import Array
+from robust_ik.kinematics.chain import axis_frames
 from robust_ik.singularities.constants import axes_at_zero
 from robust_ik.singularities.kinematics import ScrewChain
 

@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from robust_ik.errors import RobustIKError
-from robust_ik.safe_text import in_latex, in_markdown, plain, visible
+from robust_ik.errors.safe_text import in_latex, in_markdown, plain, visible
 from robust_ik.singularities.strata import Stratum
 
 if TYPE_CHECKING:

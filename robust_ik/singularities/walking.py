@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robust_ik.checks import Array
-from robust_ik.linalg import singular_values, svd
+from robust_ik.kinematics.svd import singular_values, svd
 from robust_ik.singularities.descent import project
 from robust_ik.singularities.kinematics import ScrewChain
 from robust_ik.singularities.residual import Residual, coranks

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from robust_ik.checks import Array
-from robust_ik.linalg import singular_values
+from robust_ik.kinematics.svd import singular_values
 from robust_ik.singularities.directions import LostMotion
 from robust_ik.singularities.landmarks import SAME, Axes, Landmark
 from robust_ik.singularities.wrench import WrenchScrew

@@ -9,7 +9,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from robust_ik.checks import Array
-from robust_ik.progress import Told
+from robust_ik.runtime.parallel import run_pieces
+from robust_ik.runtime.progress import Told
 from robust_ik.singularities.atlas import Settings, SingularityAtlas
 from robust_ik.singularities.chunks import Chunk, ProofOf, run
 from robust_ik.singularities.confidence import Evidence
@@ -19,7 +20,6 @@ from robust_ik.singularities.points import Points
 from robust_ik.singularities.proving import Proven
 from robust_ik.singularities.survey import accounts
 from robust_ik.singularities.walking import Mask
-from robust_ik.sweeping import run_pieces
 
 
 @dataclass

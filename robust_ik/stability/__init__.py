@@ -4,13 +4,7 @@ The loop is ẋ = K e, q̇ = J# ẋ, q ← q + Δt q̇, for a target at rest and
 that can be reached; `chatter` those that cannot, where the arm stretches towards a singularity and may swing about it.
 """
 
-from robust_ik.stability.chatter import (
-    critical_dt,
-    limit_cycle_amplitude,
-    sigma_rate,
-    slope_at_zero,
-    steepest_slope,
-)
+from robust_ik.stability.chatter import critical_dt, limit_cycle_amplitude, sigma_rate, slope_at_zero, steepest_slope
 from robust_ik.stability.feedback import (
     conservative_gain,
     decrease_matrix,

@@ -10,11 +10,11 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.boundary import computed
 from robust_ik.checks import Array, as_array, checked_parameter
+from robust_ik.checks.public_arguments import computed
 from robust_ik.errors import InputError
 from robust_ik.inverses import SingularValueFilter
-from robust_ik.linalg import svd
+from robust_ik.kinematics.svd import svd
 from robust_ik.stability.probe import supremum
 
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.boundary import computed
 from robust_ik.checks import Array, as_array, checked_parameter
+from robust_ik.checks.public_arguments import computed
 from robust_ik.errors import InputError
 from robust_ik.stability.feedback import positive_gain
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from robust_ik.checks import Array
-from robust_ik.derivatives import manipulability_gradient
-from robust_ik.linalg import manipulability
+from robust_ik.kinematics.singular_value_gradients import manipulability_gradient
+from robust_ik.kinematics.svd import manipulability
 from robust_ik.tasks.climbing import ClimbingTask
 
 

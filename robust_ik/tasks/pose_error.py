@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, check_leading_axes, checked_rigid
-from robust_ik.rows import ROWS
+from robust_ik.kinematics.twist_rows import ROWS
 
 
 def pose_error(T_world_tool: ArrayLike, T_world_target: ArrayLike) -> Array:

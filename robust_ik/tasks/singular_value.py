@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, checked_parameter
-from robust_ik.derivatives import singular_value_gradients
 from robust_ik.errors import InputError
 from robust_ik.inverses.task_equation import TaskEquation
-from robust_ik.linalg import RANK_TOLERANCE, svd
+from robust_ik.kinematics.singular_value_gradients import singular_value_gradients
+from robust_ik.kinematics.svd import RANK_TOLERANCE, svd
+from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.robot import Robot
-from robust_ik.rows import ROWS
 from robust_ik.tasks.climbing import ClimbingTask
 
 CLUSTER = 1e-3

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import robust_ik as rik
-from robust_ik import linalg
+from robust_ik.kinematics import svd as linalg
 from tests.cases_filters import CASES
 from tests.cases_others import OTHER_CASES
 

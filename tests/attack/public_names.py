@@ -20,6 +20,7 @@ import numpy as np
 
 import robust_ik as rik
 from robust_ik import certificates, display, evaluation, inverses, stability
+from robust_ik.catalog import catalog
 from tests.attack.guards import TooSlowError, within
 
 COUNTS = {"short": 600, "full": 200_000}
@@ -256,11 +257,11 @@ def short_scenario():
 
 
 def scenario_robot():
-    return next(str(entry.path) for entry in rik.catalog.catalog().values() if entry.path.suffix == ".toml")
+    return next(str(entry.path) for entry in catalog().values() if entry.path.suffix == ".toml")
 
 
 def urdf():
-    return next(entry.path for entry in rik.catalog.catalog().values() if entry.path.name == "panda.urdf")
+    return next(entry.path for entry in catalog().values() if entry.path.name == "panda.urdf")
 
 
 # ------------------------------------------------------------------------------------------------ what is attacked

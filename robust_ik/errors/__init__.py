@@ -21,7 +21,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable, Sequence
 
-from robust_ik.safe_text import visible
+from robust_ik.errors.safe_text import visible
 
 LONGEST_MESSAGE = 2_000
 """Characters of a message: about a screen. What files hold may be of any length, and is quoted in messages."""

@@ -27,7 +27,7 @@ def progress_bar(what: str) -> Iterator[Told]:
     from rich.console import Console  # a twentieth of a second: only where somebody looks
     from rich.progress import Progress
 
-    from robust_ik.safe_text import in_markup
+    from robust_ik.errors.safe_text import in_markup
 
     bar, began = Progress(console=Console(stderr=True, emoji=False), transient=True), time.monotonic()
     task = bar.add_task(in_markup(what), total=None)

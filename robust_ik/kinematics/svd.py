@@ -12,8 +12,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robust_ik.boundary import checked
 from robust_ik.checks import Array, as_array
+from robust_ik.checks.public_arguments import checked
 from robust_ik.errors import InputError
 
 RANK_TOLERANCE = 1e-12

@@ -17,9 +17,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from robust_ik.boundary import check_type
+from robust_ik.checks.public_arguments import check_type
 from robust_ik.errors import InputError
-from robust_ik.progress import Told
+from robust_ik.runtime.progress import Told
 
 Piece = TypeVar("Piece")
 Result = TypeVar("Result")

@@ -8,10 +8,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.boundary import computed
 from robust_ik.checks import Array, as_array, check_leading_axes
+from robust_ik.checks.public_arguments import computed
 from robust_ik.errors import InputError
-from robust_ik.linalg import ThinSVD, svd
+from robust_ik.kinematics.svd import ThinSVD, svd
 
 
 def _checked(J: ArrayLike, hessian: ArrayLike) -> tuple[ThinSVD, Array]:

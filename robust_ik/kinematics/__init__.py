@@ -1,0 +1,1 @@
+"""Chains of joints and what follows from their Jacobians: arrays only, no robot."""
