@@ -14,8 +14,8 @@ from robust_ik.checks import Array, readonly
 from robust_ik.inverses import EDLS, DampedLeastSquares, RobustInverse, SingularValueFilter, Weighted
 from robust_ik.inverses.gain_formula import GainFormula
 from robust_ik.inverses.task_equation import TaskEquation
-from robust_ik.kernels import program as p
-from robust_ik.kernels.program import DONE, TOO_LARGE, UNLIKE
+from robust_ik.kernels.step import step_layout as p
+from robust_ik.kernels.step.step_layout import DONE, TOO_LARGE, UNLIKE
 from robust_ik.kinematics.chain import Chain, number_of
 from robust_ik.kinematics.svd import null_projector
 from robust_ik.kinematics.twist_rows import ROWS
@@ -109,7 +109,9 @@ def _address(inverse: SingularValueFilter) -> int | None:
     """Of the compiled formula, or None where there is none or it cannot be compiled."""
     if not isinstance(inverse, GainFormula) or type(inverse).gains is not GainFormula.gains:
         return None
-    from robust_ik.kernels.formulas import address_of  # imports Numba, half a second: only where it is needed
+    from robust_ik.kernels.compiler.gain_callbacks import (
+        address_of,  # imports Numba, half a second: only where it is needed
+    )
 
     return address_of(type(inverse).formula)
 
@@ -146,7 +148,7 @@ def _written(
 
 
 def _compiled(n: int) -> tuple[Step, Step, Step]:
-    from robust_ik.kernels import step_entries as entries
+    from robust_ik.kernels.step import step_entries as entries
 
     kernels = (
         (entries.step_8, entries.beside_8, entries.steps_8)
@@ -165,7 +167,7 @@ def is_plain(array: Any, n: int) -> bool:
 
 def _half_compiled(inverse: SingularValueFilter, size: tuple[int, int, int], joints: Array | None) -> tuple[Step, Step]:
     """All but the gains compiled."""
-    from robust_ik.kernels import step_entries as entries
+    from robust_ik.kernels.step import step_entries as entries
 
     n, _, m = size
     k = min(m, n)

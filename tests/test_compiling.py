@@ -2,7 +2,6 @@
 
 import logging
 import os
-import pkgutil
 import shutil
 import subprocess
 import sys
@@ -18,8 +17,10 @@ import pytest
 import robust_ik as rik
 from robust_ik import kernels, warming
 from robust_ik.cli.warmup import warmup as warmup_command
-from robust_ik.kernels import announcing, compiling, formulas, store
-from robust_ik.kernels.compiling import FLOAT, Kernel, callback, every_kernel, filled
+from robust_ik.kernels.compiler import announcing, compiling
+from robust_ik.kernels.compiler import gain_callbacks as formulas
+from robust_ik.kernels.compiler import kernel_store as store
+from robust_ik.kernels.compiler.compiling import FLOAT, Kernel, callback, every_kernel, filled
 
 PANDA = rik.load("panda")
 
@@ -264,15 +265,16 @@ print(x[0], sum(double.compiled.stats.cache_hits.values()))
 def package(tmp_path):
     """A copy of what compiles, with a kernel that is made of a piece from another file."""
     below = tmp_path / "here" / "robust_ik" / "kernels"
-    below.mkdir(parents=True)
-    (below.parent / "__init__.py").touch()
-    for name in ("__init__.py", "announcing.py", "compiling.py", "store.py", "trust.py"):
-        shutil.copy(Path(kernels.__file__).parent / name, below)
-    (below / "inner.py").write_text(
-        "from robust_ik.kernels.compiling import inlined\n@inlined\ndef twice(x):\n    return 2 * x\n"
+    (below / "deep").mkdir(parents=True)
+    for empty in (below.parent, below, below / "deep"):
+        (empty / "__init__.py").touch()
+    shutil.copytree(Path(kernels.__file__).parent / "compiler", below / "compiler")
+    (below / "deep" / "inner.py").write_text(
+        "from robust_ik.kernels.compiler.compiling import inlined\n@inlined\ndef twice(x):\n    return 2 * x\n"
     )
     (below / "outer.py").write_text(
-        "from robust_ik.kernels.compiling import filled, kernel\nfrom robust_ik.kernels.inner import twice\n"
+        "from robust_ik.kernels.compiler.compiling import filled, kernel\n"
+        "from robust_ik.kernels.deep.inner import twice\n"
         "@kernel(filled(1))\ndef double(x):\n    x[0] = twice(x[0])\n"
     )
     return tmp_path / "here"
@@ -296,7 +298,7 @@ def test_a_kernel_is_as_new_as_all_its_pieces_wherever_they_lie(package, tmp_pat
     assert answer(start(package)) == (2, True)
     package = package.rename(tmp_path / "there")
     assert answer(start(package)) == (2, True)
-    piece = package / "robust_ik" / "kernels" / "inner.py"
+    piece = package / "robust_ik" / "kernels" / "deep" / "inner.py"
     piece.write_text(piece.read_text().replace("2", "3"))
     assert answer(start(package)) == (3, False)
     assert answer(start(package)) == (3, True)
@@ -335,8 +337,15 @@ def test_a_callback_is_called_by_its_address_and_kept(folder):
 
 
 # ---------------------------------------------------------------------------------------------------- warmup
+def module_names():
+    """All modules of kernels, from their files."""
+    root = Path(kernels.__file__).parents[2]
+    files = sorted(Path(kernels.__file__).parent.rglob("*.py"))
+    return [".".join(file.relative_to(root).with_suffix("").parts) for file in files if file.stem != "__init__"]
+
+
 def test_every_kernel_of_every_module_is_found():
-    modules = [import_module(f"robust_ik.kernels.{each.name}") for each in pkgutil.iter_modules(kernels.__path__)]
+    modules = [import_module(name) for name in module_names()]
     declared = {id(each) for module in modules for each in vars(module).values() if isinstance(each, Kernel)}
     assert declared
     assert declared <= {id(each) for each in every_kernel()}
@@ -373,9 +382,7 @@ def test_what_is_compiled_in_a_moment_says_nothing(folder, caplog):
 def test_it_is_known_of_every_kernel_what_it_is_for_and_how_long_it_takes():
     names = {announcing.kernel_name(each._function) for each in every_kernel()}
     ours = {
-        name
-        for name in names
-        if name.partition(".")[0] in {each.name for each in pkgutil.iter_modules(kernels.__path__)}
+        name for name in names if name.partition(".")[0] in {module.rpartition(".")[2] for module in module_names()}
     }
     assert ours == set(announcing.SECONDS)
     assert {name.partition(".")[0] for name in ours} == set(announcing.WHAT)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from robust_ik.kernels.compiling import HANDLE, WHOLE, Kernel
-from robust_ik.kernels.handles import ALIGNED, CONTIGUOUS, WRITEABLE, is_matrix, is_vector, numbers_of
+from robust_ik.kernels.compiler.array_handles import ALIGNED, CONTIGUOUS, WRITEABLE, is_matrix, is_vector, numbers_of
+from robust_ik.kernels.compiler.compiling import HANDLE, WHOLE, Kernel
 
 PLAIN = CONTIGUOUS | ALIGNED
 

@@ -5,7 +5,7 @@ import pinocchio as pin
 import pytest
 
 import robust_ik as rik
-from robust_ik.kernels import pose_layout as lay
+from robust_ik.kernels.pose import pose_layout as lay
 from tests import pinocchio_reference
 
 OFFSET = ("panda", "xarm7")

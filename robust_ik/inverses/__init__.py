@@ -25,7 +25,7 @@ from robust_ik.inverses.sigmoid import Sigmoid
 from robust_ik.inverses.truncated_svd import TruncatedSVD
 from robust_ik.inverses.user_accuracy import UserDefinedAccuracy
 from robust_ik.inverses.weighted import Weighted
-from robust_ik.kernels.choice import where
+from robust_ik.kernels.compiler.where import where
 
 CLASSES: tuple[type[RobustInverse], ...] = (
     MoorePenrose,

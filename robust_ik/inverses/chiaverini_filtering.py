@@ -17,7 +17,7 @@ from robust_ik.inverses.chiaverini import largest_fading_gain
 from robust_ik.inverses.gain_formula import GainFormula
 from robust_ik.inverses.gain_pieces import Quantity, damped, fading
 from robust_ik.inverses.pieces import damped_gain, fading_damping
-from robust_ik.kernels.choice import where
+from robust_ik.kernels.compiler.where import where
 
 
 @dataclass(frozen=True)

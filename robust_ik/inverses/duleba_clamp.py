@@ -14,7 +14,7 @@ from robust_ik.inverses.base import Card, Jump
 from robust_ik.inverses.gain_formula import GainFormula
 from robust_ik.inverses.gain_pieces import Quantity, kept_or_zero
 from robust_ik.inverses.pieces import check_level
-from robust_ik.kernels.choice import where
+from robust_ik.kernels.compiler.where import where
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from robust_ik.inverses.gain_formula import GainFormula
 from robust_ik.inverses.gain_pieces import Quantity, kept_or_zero
 from robust_ik.inverses.pieces import falling_zero
 from robust_ik.inverses.task_equation import TaskEquation
-from robust_ik.kernels.choice import where
+from robust_ik.kernels.compiler.where import where
 from robust_ik.kinematics.singular_value_gradients import singular_value_gradients
 from robust_ik.kinematics.svd import svd
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from robust_ik.kernels.choice import where
+from robust_ik.kernels.compiler.where import where
 
 Quantity = Any
 """An array, or in compiled code a number."""

@@ -13,7 +13,7 @@ from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card, Jump
 from robust_ik.inverses.gain_formula import GainFormula
 from robust_ik.inverses.gain_pieces import Quantity
-from robust_ik.kernels.choice import where
+from robust_ik.kernels.compiler.where import where
 
 
 @dataclass(frozen=True)

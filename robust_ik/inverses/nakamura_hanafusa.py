@@ -14,7 +14,7 @@ from robust_ik.inverses.base import LARGE_SIGMA, Card
 from robust_ik.inverses.gain_formula import GainFormula
 from robust_ik.inverses.gain_pieces import Quantity, damped
 from robust_ik.inverses.pieces import falling_zero
-from robust_ik.kernels.choice import where
+from robust_ik.kernels.compiler.where import where
 
 
 @dataclass(frozen=True)

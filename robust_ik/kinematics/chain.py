@@ -64,7 +64,7 @@ class Chain:
     @cached_property
     def packed(self) -> Array:
         """What kernels read; see `kernels.packing`."""
-        from robust_ik.kernels import packing as p  # no Numba yet
+        from robust_ik.kernels.chain import chain_layout as p  # no Numba yet
 
         joints = np.zeros((len(self), p.STRIDE))
         joints[:, p.ROTATION : p.ROTATION + 9] = self.rotations.reshape(-1, 9)
@@ -79,19 +79,19 @@ class Chain:
 
     def poses(self, q: Array) -> Array:
         """(..., nq) → (..., 4, 4)."""
-        from robust_ik.kernels.kinematics import poses
+        from robust_ik.kernels.chain.chain_kinematics import poses
 
         return self._each(poses, q, (4, 4))
 
     def jacobians(self, q: Array, reference: str) -> Array:
         """(..., nq) → (..., 6, n)."""
-        from robust_ik.kernels.kinematics import jacobians
+        from robust_ik.kernels.chain.chain_kinematics import jacobians
 
         return self._each(jacobians, q, (6, self.n), number_of(reference))
 
     def hessians(self, q: Array, reference: str) -> Array:
         """∂J_ij/∂q_k, (..., nq) → (..., 6, n, n)."""
-        from robust_ik.kernels.kinematics import hessians
+        from robust_ik.kernels.chain.chain_kinematics import hessians
 
         return self._each(hessians, q, (6, self.n, self.n), number_of(reference))
 
@@ -107,7 +107,7 @@ class Chain:
         Returns:
             (N, a, b, n), or (N, a, n).
         """
-        from robust_ik.kernels.contraction import contractions
+        from robust_ik.kernels.chain.hessian_contraction import contractions
 
         pairs = wrenches.shape[1:2] if paired else (wrenches.shape[1], motions.shape[1])
         result = np.empty((len(q), *pairs, self.n))

@@ -11,7 +11,7 @@ import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.errors import InputError
-from robust_ik.kernels import pose_layout as lay
+from robust_ik.kernels.pose import pose_layout as lay
 from robust_ik.runtime.parallel import run_pieces
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def cut(targets: Array, q0: Array, options: Array, solutions: int) -> list[Piece
 
 def solve_piece(solver: PoseSolver, piece: Piece) -> Done:
     """Solutions (N, s, nq) and numbers of one piece."""
-    from robust_ik.kernels.pose_search import solve_many  # imports Numba, half a second: only where it is needed
+    from robust_ik.kernels.pose.pose_search import solve_many  # imports Numba, half a second: only where it is needed
 
     wanted, count = int(piece.options[lay.WANTED]), len(piece.targets)
     q, numbers = np.full((count, wanted, solver.chain.nq), np.nan), np.empty((count, lay.NUMBERS))

@@ -8,7 +8,7 @@ import numpy as np
 
 from robust_ik.checks import Array, checked_parameter, readonly
 from robust_ik.errors import InputError
-from robust_ik.kernels import pose_layout as lay
+from robust_ik.kernels.pose import pose_layout as lay
 
 Prefer = Literal["nearest", "any", "limits", "singularity"]
 Effort = Literal["normal", "thorough"]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from robust_ik.checks import Array, readonly
 from robust_ik.errors import InputError
-from robust_ik.kernels import pose_layout as lay
+from robust_ik.kernels.pose import pose_layout as lay
 from robust_ik.kinematics.chain import Chain
 from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.pose_ik.span import find_span
@@ -42,7 +42,7 @@ def pack(chain: Chain, lower: Array, upper: Array, rows: tuple[str, ...]) -> Arr
         row[:] = _joint(chain, joint, float(lower[joint]), float(upper[joint]))
     table = np.zeros((lay.FEATURES + k + 3) * lay.ENTRIES)
     problem = np.concatenate([head, joints.ravel(), own, table])
-    from robust_ik.kernels.pose_table import fill_table  # imports Numba, half a second: only where it is needed
+    from robust_ik.kernels.pose.start_table import fill_table  # imports Numba, half a second: only where it is needed
 
     fill_table(problem)
     return readonly(problem)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from robust_ik.checks import Array
 from robust_ik.errors import NotReachedError
-from robust_ik.kernels import pose_layout as lay
+from robust_ik.kernels.pose import pose_layout as lay
 
 if TYPE_CHECKING:
     from robust_ik.pose_ik.solver import PoseSolver

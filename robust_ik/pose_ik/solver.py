@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, as_array, check_leading_axes
 from robust_ik.errors import InputError
-from robust_ik.kernels import pose_layout as lay
+from robust_ik.kernels.pose import pose_layout as lay
 from robust_ik.kinematics.chain import Chain
 from robust_ik.kinematics.svd import singular_values
 from robust_ik.kinematics.twist_rows import ROWS
@@ -77,7 +77,9 @@ class PoseSolver:
 
     @cached_property
     def _kernel(self) -> Callable[..., Any]:
-        from robust_ik.kernels.pose_search import solve_one  # imports Numba, half a second: only where it is needed
+        from robust_ik.kernels.pose.pose_search import (
+            solve_one,  # imports Numba, half a second: only where it is needed
+        )
 
         return solve_one.compiled
 

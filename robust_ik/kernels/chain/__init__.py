@@ -1,0 +1,1 @@
+"""Kinematics of a chain of joints in compiled code."""

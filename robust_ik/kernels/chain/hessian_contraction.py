@@ -1,0 +1,102 @@
+"""Uᵀ (∂J/∂q_k) V of many configurations, without ∂J/∂q: eight side by side, the rest one by one."""
+
+from __future__ import annotations
+
+from robust_ik.checks import Array
+from robust_ik.kernels.chain.chain_kinematics import MOST_JOINTS, SIX, TWELVE, place
+from robust_ik.kernels.chain.chain_layout import COLUMN, FACTOR, HEAD, JOINTS, STRIDE
+from robust_ik.kernels.chain.joint_motion import LOCAL_WORLD_ALIGNED, joint_twists
+from robust_ik.kernels.compiler.compiling import WHOLE, called, filled, given, inlined, kernel
+from robust_ik.kernels.compiler.simd_lanes import COUNT, Number, spread
+from robust_ik.kernels.compiler.stack_memory import ONE, Pointer, each_lane, further, lanes_of, pointer, stack
+
+
+@inlined
+def add_cross(x: Number, y: Number, z: Number, b: Pointer, at: int, result: Pointer, to: int, zero: Number) -> None:
+    """Adds (x, y, z) × b[at:] to result[to:]."""
+    result[to] = result[to] + (y * b[at + 2] - z * b[at + 1])
+    result[to + 1] = result[to + 1] + (z * b[at] - x * b[at + 2])
+    result[to + 2] = result[to + 2] + (x * b[at + 1] - y * b[at])
+
+
+@called
+def bend(twists: Pointer, motions: Pointer, count: int, bends: Pointer, zero: Number) -> None:
+    """How the twist Σᵢ motionᵢ (vᵢ, wᵢ) of the frame changes with each joint of the chain, 6 numbers a joint.
+
+    As ∂vᵢ/∂q_k = w_min(i,k) × v_max(i,k) and ∂wᵢ/∂q_k = w_k × wᵢ for k < i, else 0, it takes the sums over the joints
+    before k and from k on; this holds for sliding joints too, whose w is 0.
+
+    Source: Almarkhi-Maciejewski, eq. (9), with p_i in the branch k < i.
+    """
+    x, y, z = zero, zero, zero
+    for k in range(count):
+        at, motion = 6 * k, motions[k]
+        for r in range(6):
+            bends[at + r] = zero
+        add_cross(x, y, z, twists, at, bends, at, zero)
+        x, y, z = x + motion * twists[at + 3], y + motion * twists[at + 4], z + motion * twists[at + 5]
+    sums = stack(zero, ONE, SIX)
+    for r in range(6):
+        sums[r] = zero
+    for k in range(count - 1, -1, -1):
+        at, motion = 6 * k, motions[k]
+        for r in range(6):
+            sums[r] = sums[r] + motion * twists[at + r]
+        x, y, z = twists[at + 3], twists[at + 4], twists[at + 5]
+        add_cross(x, y, z, sums, 0, bends, at, zero)
+        add_cross(x, y, z, sums, 3, bends, at + 3, zero)
+
+
+@called
+def some_contractions(
+    pack: Pointer, q: Array, left: Array, right: Array, paired: int, result: Array, begin: int, count: int, zero: Number
+) -> None:
+    """As many as a number has lanes at the most."""
+    L, joints = lanes_of(zero), int(pack[JOINTS])
+    many, size, n = left.shape[1], right.shape[1], right.shape[2]
+    twists, end = stack(zero, MOST_JOINTS, SIX), stack(zero, ONE, TWELVE)
+    place(pack, further(pointer(q), begin * q.shape[1]), count, twists, end, zero)
+    joint_twists(pack, twists, end, twists, LOCAL_WORLD_ALIGNED, zero)
+    motions, bends, wrench, total = (
+        stack(zero, ONE, MOST_JOINTS),
+        stack(zero, MOST_JOINTS, SIX),
+        stack(zero, ONE, SIX),
+        stack(zero, ONE, ONE),
+    )
+    motion, entry, found = each_lane(motions), each_lane(wrench), each_lane(total)
+    to, width = pointer(result), result.shape[1] * n
+    for x in range(count * width):
+        to[begin * width + x] = 0.0
+    for b in range(size):
+        for lane in range(count):
+            for i in range(joints):
+                at = HEAD + i * STRIDE
+                motion[i * L + lane] = pack[at + FACTOR] * right[begin + lane, b, int(pack[at + COLUMN])]
+        bend(twists, motions, joints, bends, zero)
+        for a in range(b if paired else 0, b + 1 if paired else many):
+            row = b if paired else a * size + b
+            for lane in range(count):
+                for r in range(6):
+                    entry[r * L + lane] = left[begin + lane, a, r]
+            for k in range(joints):
+                at = HEAD + k * STRIDE
+                total[0] = wrench[0] * bends[6 * k]
+                for r in range(1, 6):
+                    total[0] = total[0] + wrench[r] * bends[6 * k + r]
+                for lane in range(count):
+                    x = (begin + lane) * width + row * n + int(pack[at + COLUMN])
+                    to[x] += pack[at + FACTOR] * found[lane]
+
+
+@kernel(given(1), given(2), given(3), given(3), WHOLE, filled(3))
+def contractions(pack: Array, q: Array, left: Array, right: Array, paired: int, result: Array) -> None:
+    """Of configurations (N, nq) with wrenches (N, a, 6) and joint motions (N, b, n): into (N, a b, n).
+
+    Row a b + b is that of the pair (a, b); if they are paired there are as many of both, and row a is that of (a, a).
+    """
+    chain, begin = pointer(pack), 0
+    while len(q) - begin >= COUNT:
+        some_contractions(chain, q, left, right, paired, result, begin, COUNT, spread(0.0))
+        begin += COUNT
+    for e in range(begin, len(q)):
+        some_contractions(chain, q, left, right, paired, result, e, 1, 0.0)

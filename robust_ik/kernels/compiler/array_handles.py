@@ -1,0 +1,118 @@
+"""Arrays as Python hands them over, read where NumPy keeps them.
+
+Numba's own arrays cost a check of types for each call and a record for each array. A handle is the address of whatever
+object was given; whether that is an array as wanted is asked of the places that every extension module reads it from,
+which NumPy's binary interface fixes.
+
+Source: NumPy's reference, "Python types and C structures": PyArrayObject and PyArray_Descr.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.core.pythonapi import unbox
+from numba.extending import NativeValue, intrinsic, models, register_model
+
+from robust_ik.kernels.compiler.compiling import HANDLE, HandleType, inlined
+from robust_ik.kernels.compiler.stack_memory import Pointer, at_address
+
+HEAD = object.__basicsize__
+"""Bytes before what an object has beyond being one; the last of them hold the address of its class."""
+CLASS = HEAD - 8
+DATA, AXES, SHAPE, KIND, FLAGS = HEAD, HEAD + 8, HEAD + 16, HEAD + 40, HEAD + 48
+"""Of an array: where its numbers are, how many axes, where their lengths are, where its dtype is, flags."""
+ORDER, NUMBER = HEAD + 10, HEAD + 12
+"""Of a dtype: its order of bytes, a character, and its number."""
+NATIVE, DOUBLE = ord("="), np.dtype(float).num
+CONTIGUOUS, ALIGNED, WRITEABLE = 0x1, 0x100, 0x400
+
+
+def _expect_arrays() -> None:
+    """Refuses to go on where NumPy keeps arrays otherwise: what is read then would be nonsense."""
+
+    def whole(address: int) -> int:
+        return ctypes.c_int64.from_address(address).value
+
+    def half(address: int) -> int:
+        return ctypes.c_int32.from_address(address).value
+
+    array, flags = np.zeros((3, 5)), CONTIGUOUS | ALIGNED | WRITEABLE
+    at, kind = id(array), id(array.dtype)
+    found = whole(at + CLASS), whole(at + DATA), half(at + AXES), half(at + FLAGS) & flags, whole(at + KIND)
+    good = found == (id(np.ndarray), array.ctypes.data, 2, flags, kind)
+    good = good and (half(kind + NUMBER), ctypes.c_ubyte.from_address(kind + ORDER).value) == (DOUBLE, NATIVE)
+    if not good or (whole(whole(at + SHAPE)), whole(whole(at + SHAPE) + 8)) != (3, 5):
+        raise ImportError(f"NumPy {np.__version__} keeps arrays in memory otherwise than its versions 1 and 2 do")
+
+
+_expect_arrays()
+
+
+@register_model(HandleType)
+class _HandleModel(models.PrimitiveModel):
+    def __init__(self, manager: Any, kind: Any) -> None:
+        super().__init__(manager, kind, ir.IntType(64))
+
+
+@unbox(HandleType)
+def _unbox(kind: Any, given: Any, c: Any) -> Any:
+    return NativeValue(c.builder.ptrtoint(given, ir.IntType(64)))
+
+
+def _reader(bits: int) -> Any:
+    """A function that reads a whole number of so many bits at an address."""
+
+    @intrinsic
+    def read(typing_context: Any, address: Any) -> Any:
+        def codegen(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            found = builder.load(builder.inttoptr(values[0], ir.IntType(bits).as_pointer()))
+            return found if bits == 64 else builder.zext(found, ir.IntType(64))
+
+        return types.int64(types.int64), codegen
+
+    return read
+
+
+byte_at, half_at, whole_at = _reader(8), _reader(32), _reader(64)
+
+
+@intrinsic
+def address_of(typing_context: Any, handle: Any) -> Any:
+    """Where the object is."""
+    return types.int64(HANDLE), lambda context, builder, signature, values: values[0]
+
+
+@inlined
+def is_vector(handle: Any, array_class: int, length: int, flags: int) -> bool:
+    """Whether it is an array of class `array_class` of so many doubles in one row, with these flags."""
+    at = address_of(handle)
+    return bool(_is_plain(at, array_class, 1, flags) and whole_at(whole_at(at + SHAPE)) == length)
+
+
+@inlined
+def is_matrix(handle: Any, array_class: int, rows: int, columns: int, flags: int) -> bool:
+    """Whether it is an array of class `array_class` of rows and columns of doubles, with these flags."""
+    at = address_of(handle)
+    if not _is_plain(at, array_class, 2, flags):
+        return False
+    shape = whole_at(at + SHAPE)
+    return bool(whole_at(shape) == rows and whole_at(shape + 8) == columns)
+
+
+@inlined
+def _is_plain(at: int, array_class: int, axes: int, flags: int) -> bool:
+    if whole_at(at + CLASS) != array_class or half_at(at + AXES) != axes or half_at(at + FLAGS) & flags != flags:
+        return False
+    kind = whole_at(at + KIND)
+    return bool(half_at(kind + NUMBER) == DOUBLE and byte_at(kind + ORDER) == NATIVE)
+
+
+@inlined
+def numbers_of(handle: Any) -> Pointer:
+    """The first of an array's doubles."""
+    return at_address(whole_at(address_of(handle) + DATA))

@@ -1,0 +1,1 @@
+"""Small matrices in compiled code: singular values, least squares, reflections."""

@@ -1,0 +1,224 @@
+"""The singular value decomposition of small matrices, one or many."""
+
+from __future__ import annotations
+
+import math
+
+from robust_ik.checks import Array
+from robust_ik.kernels.compiler.compiling import called, filled, given, inlined, kernel
+from robust_ik.kernels.compiler.simd_lanes import COUNT, Number, spread
+from robust_ik.kernels.compiler.stack_memory import (
+    NONE,
+    ONE,
+    W8,
+    W16,
+    Pointer,
+    Sizes,
+    by_eights,
+    each_lane,
+    lanes_of,
+    stack,
+)
+from robust_ik.kernels.matrices.jacobi_rotations import ALL, MOST_ROWS, dot, orthogonalise
+from robust_ik.kernels.matrices.row_reflections import triangulate, uneven
+
+MOST = MOST_ROWS
+"""Rows and columns that a matrix may have."""
+TINY = 1e-280
+"""Squared length of a row that is computed anew from a row of length about 1: its squares may have underflowed."""
+SKEW = 1e-12
+"""Cosine from which on two unit rows are not orthogonal."""
+SMALLEST = 1e-290
+"""Singular values below this, or below this fraction of about σ₁, are zero: 1/σ cannot overflow, no vector is of digits
+that denormal numbers have lost."""
+TOGETHER = 3
+"""From so many matrices on they are decomposed side by side."""
+
+
+@inlined
+def length(A: Pointer, i: int, lane: int, squared: float, width: Sizes, lanes: int) -> float:
+    """The length of row i, whose square is about `squared`, also where squares underflow."""
+    if squared >= TINY:
+        return math.sqrt(squared)
+    P = len(width)
+    largest = 0.0
+    for c in range(P):
+        largest = max(largest, abs(A[(i * P + c) * lanes + lane]))
+    if largest == 0.0:
+        return 0.0
+    total = 0.0
+    for c in range(P):
+        total += (A[(i * P + c) * lanes + lane] / largest) ** 2
+    return largest * math.sqrt(total)
+
+
+@inlined
+def orthonormal(rows: Pointer, count: int, width: Sizes) -> int:
+    """How many unit rows, from the first one on, are orthogonal: rows that are left of rounding alone may not be."""
+    good = count
+    for r in range(1, count):
+        for i in range(r):
+            if r < good and abs(dot(rows, i, r, width)) > SKEW:
+                good = r
+    return good
+
+
+@called
+def complete(rows: Pointer, known: int, count: int, n: int, width: Sizes) -> None:
+    """Fills orthonormal rows of length n up: each new one is what a unit vector has that those before have not."""
+    P = len(width)
+    for r in range(known, count):
+        best, most = 0, -1.0
+        for k in range(n):
+            new = 1.0
+            for i in range(r):
+                new -= rows[i * P + k] * rows[i * P + k]
+            if new > most:
+                best, most = k, new
+        for c in range(P):
+            rows[r * P + c] = 0.0
+        rows[r * P + best] = 1.0
+        for _ in range(2):
+            for i in range(r):
+                add_row(rows, r, -dot(rows, i, r, width), i, width)
+            add_row(rows, r, 1.0 / math.sqrt(dot(rows, r, r, width)) - 1.0, r, width)
+
+
+@inlined
+def add_row(rows: Pointer, r: int, factor: float, i: int, width: Sizes) -> None:
+    """Adds a multiple of row i to row r."""
+    eights, P = by_eights(rows), len(width) // 8
+    for c in range(P):
+        eights[r * P + c] = eights[r * P + c] + factor * eights[i * P + c]
+
+
+@inlined
+def write(target: Array, rows: Pointer, transposed: bool, width: Sizes) -> None:
+    """Copies rows into an array, or the columns that they are."""
+    P = len(width)
+    for r in range(target.shape[0]):
+        for c in range(target.shape[1]):
+            target[r, c] = rows[c * P + r] if transposed else rows[r * P + c]
+
+
+@called
+def scale(J: Array, e: int) -> float:
+    """The power of two by which J[e] is divided to have entries of at most 1."""
+    largest = 0.0
+    for i in range(J.shape[1]):
+        for c in range(J.shape[2]):
+            largest = max(largest, abs(J[e, i, c]))
+    return math.ldexp(1.0, max(min(math.frexp(largest)[1], 1000), -1000)) if largest > 0.0 else 1.0
+
+
+@called
+def decompose_some(
+    J: Array, U: Array, s: Array, Vt: Array, begin: int, count: int, width: Sizes, carried: Sizes, zero: Number
+) -> bool:
+    """Decomposes J[begin : begin + count], as many as a number has lanes at the most; whether all is finite."""
+    L, P, Q = lanes_of(zero), len(width), len(carried)
+    m, n = J.shape[1], J.shape[2]
+    wide = m <= n
+    k, long = min(m, n), max(m, n)
+    rows, along, norms = stack(zero, width, width), stack(zero, width, carried), stack(zero, ONE, width)
+    A, C, squares = each_lane(rows), each_lane(along), each_lane(norms)
+    order, sigma, factors = stack(0.0, ONE, width), stack(0.0, ONE, width), stack(0.0, ONE, W8)
+    vectors, spoilt = stack(0.0, width, width), 0.0
+    for x in range(k * P):
+        rows[x] = zero
+    for x in range(k * Q):
+        along[x] = zero
+    for lane in range(count):
+        factors[lane] = scale(J, begin + lane)
+        divisor = 1.0 / factors[lane]
+        for i in range(m):
+            for c in range(n):
+                A[(i * P + c if wide else c * P + i) * L + lane] = J[begin + lane, i, c] * divisor
+                spoilt += J[begin + lane, i, c] * 0.0
+    if Q > 0:
+        for i in range(k):
+            along[i * Q + i] = zero + 1.0
+    if L == 1 and uneven(J, begin, wide):
+        triangulate(A, C, k, long, width, carried)
+    orthogonalise(rows, along, k, width, carried, norms, ALL, zero)
+    for lane in range(count):
+        e = begin + lane
+        for i in range(k):
+            size = length(A, i, lane, squares[i * L + lane], width, L)
+            sigma[i] = size if size >= SMALLEST else 0.0
+        known = sort(sigma, order, k)
+        for place in range(k):
+            value = sigma[int(order[place])] * factors[lane]
+            spoilt += value * 0.0
+            s[e, place] = value if value >= SMALLEST else 0.0
+        if Q > 0:
+            for place in range(known):
+                i = int(order[place])
+                for c in range(P):
+                    vectors[place * P + c] = A[(i * P + c) * L + lane] / sigma[i]
+            complete(vectors, orthonormal(vectors, known, width), max(k, Vt.shape[1]), long, width)
+            write(Vt[e] if wide else U[e], vectors, not wide, width)
+            for place in range(k):
+                i = int(order[place])
+                for c in range(k):
+                    vectors[place * P + c] = C[(i * Q + c) * L + lane]
+            write(U[e] if wide else Vt[e], vectors, wide, width)
+    return not math.isnan(spoilt)
+
+
+@inlined
+def sort(sigma: Pointer, order: Pointer, k: int) -> int:
+    """The order of k numbers, falling, and how many are not zero."""
+    known = 0
+    for i in range(k):
+        known += sigma[i] > 0.0
+        place = i
+        while place > 0 and sigma[int(order[place - 1])] < sigma[i]:
+            order[place] = order[place - 1]
+            place -= 1
+        order[place] = i
+    return known
+
+
+@inlined
+def decompose(J: Array, U: Array, s: Array, Vt: Array, width: Sizes, carried: Sizes) -> bool:
+    """Decomposes every J: side by side where there are several; whether all is finite."""
+    begin, count, good = 0, len(J), True
+    while count - begin >= TOGETHER:
+        some = min(COUNT, count - begin)
+        good &= decompose_some(J, U, s, Vt, begin, some, width, carried, spread(0.0))
+        for e in range(begin, begin + some):
+            if uneven(J, e, J.shape[1] <= J.shape[2]):
+                decompose_some(J, U, s, Vt, e, 1, width, carried, 0.0)
+        begin += some
+    for e in range(begin, count):
+        good &= decompose_some(J, U, s, Vt, e, 1, width, carried, 0.0)
+    return good
+
+
+VECTORS = given(3), filled(3), filled(2), filled(3)
+VALUES = given(3), filled(2)
+
+
+@kernel(*VECTORS)
+def vectors_8(J: Array, U: Array, s: Array, Vt: Array) -> bool:
+    """Singular values and vectors of matrices with at most 8 rows and columns; whether all is finite."""
+    return decompose(J, U, s, Vt, W8, W8)
+
+
+@kernel(*VECTORS)
+def vectors_16(J: Array, U: Array, s: Array, Vt: Array) -> bool:
+    """Of at most 16 rows and columns."""
+    return decompose(J, U, s, Vt, W16, W16)
+
+
+@kernel(*VALUES)
+def values_8(J: Array, s: Array) -> bool:
+    """Singular values alone, of at most 8 rows and columns; whether all is finite."""
+    return decompose(J, J, s, J, W8, NONE)
+
+
+@kernel(*VALUES)
+def values_16(J: Array, s: Array) -> bool:
+    """Of at most 16 rows and columns."""
+    return decompose(J, J, s, J, W16, NONE)

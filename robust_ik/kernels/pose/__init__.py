@@ -1,0 +1,1 @@
+"""The search for joint values of a pose in compiled code."""

@@ -1,0 +1,59 @@
+"""Joint values to begin with: random ones, and turned into the limits.
+
+Random numbers are a function of their number, so that they are the same on every thread.
+
+Source: Steele, Lea, Flood 2014: SplitMix64.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from robust_ik.kernels.compiler.compiling import called, inlined
+from robust_ik.kernels.compiler.stack_memory import Pointer
+from robust_ik.kernels.pose import pose_layout as lay
+
+FARTHEST = 1e6
+"""Angles are not taken nearer to others beyond this, rad, where they would lose digits."""
+
+
+@inlined
+def random(seed: int, number: int) -> float:
+    """A uniform number in [0, 1)."""
+    x = np.uint64(seed) + np.uint64(number + 1) * np.uint64(0x9E3779B97F4A7C15)
+    x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    x = x ^ (x >> np.uint64(31))
+    return np.float64(np.int64(x >> np.uint64(11))) * 2.0**-53
+
+
+@called
+def random_values(problem: Pointer, seed: int, start: int, loose: float, values: Pointer) -> None:
+    """Joint values of a random start, uniform inside the limits, with as much beyond as makes a full turn."""
+    for j in range(int(problem[lay.COUNT])):
+        at = lay.HEAD + j * lay.STRIDE
+        low, high = problem[at + lay.FROM], problem[at + lay.TO]
+        if loose > 0.0 and problem[at + lay.PERIODIC] > 0.0:
+            beyond = min(max(math.pi - 0.5 * (high - low), 0.0), loose)
+            low, high = low - beyond, high + beyond
+        values[j] = low + (high - low) * random(seed, 16 * start + j)
+
+
+@called
+def within(problem: Pointer, j: int, value: float, near: float) -> float:
+    """The angle, or one some full turns away, that is inside the limits of joint j and as near another as may be."""
+    at = lay.HEAD + j * lay.STRIDE
+    low, high = problem[at + lay.LOWER], problem[at + lay.UPPER]
+    if problem[at + lay.PERIODIC] > 0.0:
+        whole = 2.0 * math.pi
+        near = min(max(near, -FARTHEST, low - whole), FARTHEST, high + whole)
+        value += whole * math.floor((near - value) / whole + 0.5)
+        if value < low:
+            value += whole * math.ceil((low - value) / whole)
+        if value > high:
+            value -= whole * math.ceil((value - high) / whole)
+        if value < low and low - value > value + whole - high:
+            value += whole
+    return float(min(max(value, low), high))

@@ -1,0 +1,1 @@
+"""One velocity step in compiled code."""
