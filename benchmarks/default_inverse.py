@@ -29,7 +29,7 @@ from benchmarks.tables import markdown, parser, publish
 
 PAGE, MARK = "closed_loop.md", "default_inverse"
 INVERSES: tuple[rik.RobustInverse, ...] = (
-    rik.JParse(0.1), rik.JParse(0.05), rik.JParse(0.02), rik.JParse(0.01),
+    rik.JParse(0.1), rik.JParse(0.05), rik.JParse(0.02), rik.JParse(0.01), rik.JParse(0.005),
     rik.DampedLeastSquares(0.1), rik.DampedLeastSquares(0.05), rik.DampedLeastSquares(0.02),
 )  # fmt: skip
 NOISE, LAG = 1e-4, 0.02

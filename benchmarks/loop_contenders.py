@@ -50,7 +50,7 @@ PEERS = (
 def default_method() -> str | None:
     """Which of METHODS a controller takes that is told nothing."""
     resolver = rik.VelocityController(rik.load("planar_2r")).resolver
-    return next((name for name, method in METHODS.items() if method == resolver), None)
+    return next((name for name, method in METHODS.items() if method.resolver == resolver), None)
 
 
 @dataclass(frozen=True)

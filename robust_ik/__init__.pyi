@@ -108,6 +108,7 @@ from robust_ik.tasks import DampingTask as DampingTask
 from robust_ik.tasks import DirectionTask as DirectionTask
 from robust_ik.tasks import Follow as Follow
 from robust_ik.tasks import FrameTask as FrameTask
+from robust_ik.tasks import JointRangeTask as JointRangeTask
 from robust_ik.tasks import JointTask as JointTask
 from robust_ik.tasks import ManipulabilityTask as ManipulabilityTask
 from robust_ik.tasks import OrientationTask as OrientationTask

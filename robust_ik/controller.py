@@ -32,7 +32,7 @@ ATTEMPTS = 4
 SHARES = (0.5, 0.25, 0.1, 0.03, 0.01, 0.0)
 """How much of its speed is left to a step that no resolving makes keep its limits."""
 
-GAMMA = 0.02
+GAMMA = 0.01
 """γ of the J-PARSE of a controller that is told nothing; `benchmarks/default_inverse.py` measures others beside it.
 
 A larger γ, such as the paper's 0.1, creeps near singular configurations; a smaller one is faster there.
@@ -78,7 +78,7 @@ class VelocityController:
         Args:
             robot: The robot.
             resolver: A resolver; an inverse stands for `TaskPriority` with it; default
-                `TaskPriority(JParse(gamma=0.02), steady=True)`.
+                `TaskPriority(JParse(gamma=0.01), steady=True)`.
             limits: Limits; where they contradict each other, the first wins. Default the robot's own position and
                 speed limits, `JointLimits.of(robot)`; () for none.
             length_scale: L, m per rad: rows in metres, and joints that slide, are divided by it before they are

@@ -39,7 +39,7 @@ NOISE, LAG = 1e-4, 0.02
 """Standard deviation of what is measured, rad; time constant of what is driven, s."""
 REST = 1e-3
 """Joint speeds below this are rest, rad/s or m/s."""
-INVERSES = [rik.JParse(0.02), rik.JParse(), rik.DampedLeastSquares(0.1), rik.Chiaverini()]
+INVERSES = [rik.JParse(0.01), rik.JParse(), rik.DampedLeastSquares(0.1), rik.Chiaverini()]
 
 
 @dataclass(frozen=True, eq=False)

@@ -189,6 +189,7 @@ def random_stack(robot, rng):
         rik.ManipulabilityTask(),
         rik.SingularValueTask(threshold=0.1),
         rik.DampingTask(),
+        rik.JointRangeTask(),
     ]
     levels = int(rng.integers(1, 5))
     return [[tasks[i] for i in rng.choice(len(tasks), int(rng.integers(1, 3)), replace=False)] for _ in range(levels)]

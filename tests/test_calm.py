@@ -180,7 +180,7 @@ def test_whole_motions_drawn_at_random_do_not_shake():
         assert draw.noisy or ending.outside <= 1e-9
 
 
-@pytest.mark.parametrize("resolver", [rik.WeightedPriority(rik.Chiaverini()), rik.TaskPriority(rik.JParse(0.02))])
+@pytest.mark.parametrize("resolver", [rik.WeightedPriority(rik.Chiaverini()), rik.TaskPriority(rik.JParse(0.01))])
 def test_an_arm_wedged_between_itself_and_a_table_does_not_shake(resolver):
     """Six distances contradict each other; a wrist that changes one by a thousandth as much as the elbow is free."""
     wedged = closed_loop.Draw("ur5", "at limits", resolver, True, 0.02, True, "collision", 676163843)
@@ -258,7 +258,7 @@ def test_by_default_a_target_out_of_reach_is_waited_for_calmly_in_long_steps_too
 
 def test_without_being_steady_a_stiff_inverse_shakes_there():
     robot = rik.load("xarm7")
-    stiff = rik.JParse(0.02)
+    stiff = rik.JParse(0.01)
     assert beyond_reach(robot, stiff, 0.02, 1.0)[1]
     assert not beyond_reach(robot, rik.TaskPriority(stiff, steady=True), 0.02, 1.0)[1]
     assert not beyond_reach(robot, rik.WeightedPriority(stiff, steady=True), 0.02, 1.0)[1]

@@ -284,7 +284,7 @@ def test_the_table_of_inverses_has_a_line_for_each_and_marks_the_default(monkeyp
     default_inverse.main()
     lines = capsys.readouterr().out.strip().splitlines()
     assert [line.split("|")[1].strip() for line in lines[2:4]] == [
-        "`JParse(0.02)`, the default",
+        "`JParse(0.01)`, the default",
         "`DampedLeastSquares(0.1)`",
     ]
 
@@ -320,5 +320,5 @@ def test_a_tool_that_acceleration_limits_keep_from_slowing_down_is_told_to_be_to
 
 
 def test_a_controller_that_is_told_nothing_has_the_inverse_that_was_measured():
-    assert rik.VelocityController(rik.load("ur5")).resolver == METHODS["Sliding()"]
+    assert rik.VelocityController(rik.load("ur5")).resolver == METHODS["Sliding()"].resolver
     assert default_inverse.default() in default_inverse.INVERSES

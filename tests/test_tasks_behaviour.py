@@ -10,6 +10,7 @@ from robust_ik.tasks import (
     DampingTask,
     DirectionTask,
     FrameTask,
+    JointRangeTask,
     JointTask,
     ManipulabilityTask,
     OrientationTask,
@@ -72,6 +73,41 @@ def test_continuous_joints_go_the_short_way_round():
     name = robot.joint_names[0]
     for turns in (0, 1, -2):
         assert_allclose(JointTask(name, -3.0 + turns * 2 * np.pi).equation(robot, start).error, [short], atol=1e-12)
+
+
+def test_joints_in_the_outer_parts_of_their_ranges_are_asked_back_and_others_to_rest():
+    robot = rik.load("kinova")  # continuous joints among others
+    ends = np.isfinite(robot.lower) & np.isfinite(robot.upper)
+    assert 0 < ends.sum() < robot.n
+    lower, upper = robot.lower[ends], robot.upper[ends]
+    for share, back in ((0.1, 0.2), (0.5, 0.0), (0.3, 0.0), (0.95, -0.25), (1.2, -0.5)):
+        values = np.full(robot.n, 2.0)
+        values[ends] = lower + share * (upper - lower)
+        equation = JointRangeTask(margin=0.3, gain=2.0).equation(robot, robot.configuration(values))
+        assert_allclose(equation.error[ends], back * (upper - lower), atol=1e-12)
+        assert_allclose(equation.error[~ends], 0.0)
+        assert_allclose(equation.xdot, 2.0 * equation.error)
+        assert_allclose(equation.J, np.eye(robot.n))
+    capped = JointRangeTask(max_speed=0.1).equation(robot, robot.configuration(values))
+    assert_allclose(capped.xdot[ends], -0.1)
+
+
+@pytest.mark.parametrize("name", ["panda", "xarm7"])
+def test_what_keeps_joints_in_their_ranges_leaves_the_tool_alone_and_brings_none_further_out(name, rng):
+    robot = rik.load(name)
+    lower, upper = np.maximum(robot.lower, -np.pi), np.minimum(robot.upper, np.pi)
+    for _ in range(3):
+        q = robot.configuration(np.where(rng.random(robot.n) < 0.5, 0.97, 0.5) * (upper - lower) + lower)
+        target, first = robot.pose(q), np.linalg.norm(JointRangeTask().equation(robot, q).error)
+        controller, before = rik.VelocityController(robot), first
+        for _ in range(1500):
+            step = controller.step(q, [[FrameTask(target, gain=5.0)], [JointRangeTask()]], 0.02)
+            q = robot.integrate(q, 0.02 * step.qdot)
+            outside = np.linalg.norm(JointRangeTask().equation(robot, q).error)
+            assert outside <= before + 1e-9
+            assert np.linalg.norm(rik.pose_error(robot.pose(q), target)) < 1e-3
+            before = outside
+        assert before < first
 
 
 def test_joint_tasks_name_their_joints_in_the_order_given():
@@ -138,6 +174,9 @@ T, R = np.eye(4), np.eye(3)
         (lambda: RelativeTask("a", "a", T), "two frames"),
         (lambda: RelativeTask("a", None, T), "root must be the name"),
         (lambda: RelativeTask("a", "b", T, reference="world axes"), "'root axes' or 'target'"),
+        (lambda: JointRangeTask(margin=0.5), "margin must be > 0 and < 0.5"),
+        (lambda: JointRangeTask(gain=0.0), "gain must be > 0"),
+        (lambda: JointRangeTask(joints=()), "joints must be names"),
         (lambda: PostureTask(np.zeros((2, 7))), "target must be one vector"),
         (lambda: PostureTask(np.zeros(7), max_speed=0), "max_speed must be > 0"),
         (lambda: PostureTask(np.zeros(7), joints=()), "joints must be names"),
@@ -182,6 +221,7 @@ def test_what_does_not_fit_the_robot_is_refused_with_what_exists(task, error, ma
         OrientationTask(R),
         DirectionTask((0, 0, 1), (0, 0, 1)),
         RelativeTask("panda_hand", "panda_link1", T),
+        JointRangeTask(),
         PostureTask(np.zeros(7)),
         JointTask("panda_joint1", 0.0),
         TwistTask(np.zeros(6)),

@@ -20,7 +20,8 @@ def make(loop: Loop, arguments: argparse.Namespace) -> Servo:
     limits = [rik.JointLimits.of(robot)]
     if arguments.collisions == "yes":
         limits.append(rik.CollisionLimit.of(robot))
-    return Servo(*parts(robot, METHODS[arguments.method], limits, loop))
+    method = METHODS[arguments.method]
+    return Servo(*parts(robot, method.resolver, limits, loop, method.below))
 
 
 if __name__ == "__main__":

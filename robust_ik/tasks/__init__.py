@@ -7,6 +7,7 @@ from robust_ik.tasks.direction import DirectionTask
 from robust_ik.tasks.follow import Follow
 from robust_ik.tasks.frame import FrameTask
 from robust_ik.tasks.joint import JointTask
+from robust_ik.tasks.joint_range import JointRangeTask
 from robust_ik.tasks.manipulability import ManipulabilityTask
 from robust_ik.tasks.orientation import OrientationTask
 from robust_ik.tasks.pose_error import pose_error
@@ -25,6 +26,7 @@ __all__ = [
     "DirectionTask",
     "Follow",
     "FrameTask",
+    "JointRangeTask",
     "JointTask",
     "ManipulabilityTask",
     "OrientationTask",
