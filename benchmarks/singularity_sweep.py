@@ -22,13 +22,13 @@ from rich.progress import track
 
 import robust_ik as rik
 from benchmarks.tables import markdown, parser, publish
-from robust_ik.catalog import EXAMPLES, Entry, catalog
+from robust_ik.description.catalog import EXAMPLES, Entry, catalog
+from robust_ik.description.urdf.urdf_reader import read_urdf
 from robust_ik.kinematics.svd import svd
 from robust_ik.singularities.atlas import SingularityAtlas
 from robust_ik.singularities.confidence import Status
 from robust_ik.singularities.constants import axes_at_zero, constants
 from robust_ik.singularities.strata import Stratum
-from robust_ik.urdf import read_urdf
 
 JOINTS = (6, 7)
 COLUMNS = (

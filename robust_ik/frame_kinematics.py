@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array
 from robust_ik.configurations import Configurations
-from robust_ik.description import Description
+from robust_ik.description.joint_tree import Description
 from robust_ik.errors import FrameNotFoundError, InputError, TipError, listed, suggest
 from robust_ik.kinematics.chain import Chain
 from robust_ik.kinematics.svd import svd

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robust_ik.checks import Array, readonly
-from robust_ik.description import Description
+from robust_ik.description.joint_tree import Description
 from robust_ik.errors import InputError
 
 Mask = NDArray[np.bool_]

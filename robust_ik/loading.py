@@ -9,15 +9,15 @@ from types import ModuleType
 
 import numpy as np
 
-from robust_ik.catalog import Entry, catalog, find
 from robust_ik.checks.public_arguments import checked_but
-from robust_ik.dh_toml import read_dh
+from robust_ik.description.catalog import Entry, catalog, find
+from robust_ik.description.dh.dh_toml import read_dh
+from robust_ik.description.robot_modules import DescribedRobot, described, of_module
+from robust_ik.description.urdf.xacro_files import checked_arguments
 from robust_ik.errors import InputError, LoadError, cut
 from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.robot import Robot
-from robust_ik.robot_modules import DescribedRobot, described, of_module
 from robust_ik.runtime.files import checked_folders
-from robust_ik.xacro_files import checked_arguments
 
 URDF_SUFFIXES = (".urdf", ".xacro", ".xml")
 OTHER_XML = (".mjcf", ".sdf", ".srdf", ".world")

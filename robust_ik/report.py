@@ -9,8 +9,8 @@ import numpy as np
 from rich import box
 from rich.table import Table
 
-from robust_ik.catalog import Entry
-from robust_ik.description import Mesh
+from robust_ik.description.catalog import Entry
+from robust_ik.description.joint_tree import Mesh
 from robust_ik.errors.safe_text import plain, visible
 from robust_ik.inverses import RobustInverse
 from robust_ik.kinematics.svd import condition_number, svd

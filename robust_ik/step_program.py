@@ -109,9 +109,7 @@ def _address(inverse: SingularValueFilter) -> int | None:
     """Of the compiled formula, or None where there is none or it cannot be compiled."""
     if not isinstance(inverse, GainFormula) or type(inverse).gains is not GainFormula.gains:
         return None
-    from robust_ik.kernels.compiler.gain_callbacks import (
-        address_of,  # imports Numba, half a second: only where it is needed
-    )
+    from robust_ik.kernels.compiler.gain_callbacks import address_of
 
     return address_of(type(inverse).formula)
 

@@ -31,9 +31,7 @@ def warmup(robot: Robot | None = None, *, progress: Told | None = None) -> float
         The seconds that it took.
     """
     began = time.perf_counter()
-    from robust_ik.kernels.compiler.compiling import (
-        every_kernel,  # imports Numba, half a second: only where it is needed
-    )
+    from robust_ik.kernels.compiler.compiling import every_kernel
     from robust_ik.kernels.compiler.gain_callbacks import address_of
 
     kernels = [each for each in every_kernel() if robot is None or _serves(each.most, robot.n)]

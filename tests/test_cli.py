@@ -12,7 +12,7 @@ from rich.console import Console
 
 import robust_ik as rik
 from robust_ik import cli, report
-from robust_ik.catalog import catalog
+from robust_ik.description.catalog import catalog
 from robust_ik.inverses import CLASSES
 from robust_ik.scenarios import stretch
 

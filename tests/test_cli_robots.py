@@ -38,7 +38,7 @@ def test_info_lists_the_notes_and_says_them_once(command):
 
 
 def test_info_says_which_tip_was_guessed(command):
-    from robust_ik.catalog import catalog
+    from robust_ik.description.catalog import catalog
 
     _, out, _ = command("info", str(catalog()["panda"].path))
     assert "no tip was given: 'panda_hand', the last link that the fingers share" in " ".join(out.split())
@@ -62,7 +62,7 @@ def test_other_commands_print_the_notes_beside_what_they_print(command):
 
 
 def test_a_tip_error_offers_hands(command):
-    from robust_ik.catalog import catalog
+    from robust_ik.description.catalog import catalog
 
     status, _, err = command("info", str(catalog()["tiago_dual"].path))
     assert status == 1

@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
-from robust_ik.dh import DHJoint, DHTable, screw
-from robust_ik.dh_toml import MAX_BYTES, read_dh, table_from_toml, table_to_toml
+from robust_ik.description.dh.dh_table import DHJoint, DHTable, screw
+from robust_ik.description.dh.dh_toml import MAX_BYTES, read_dh, table_from_toml, table_to_toml
 from robust_ik.errors import DHError, InputError, LoadError, RobotNotFoundError
 
 CONVENTIONS = ("standard", "modified")

@@ -8,11 +8,11 @@ import pytest
 from lxml import etree
 from numpy.testing import assert_allclose, assert_array_equal
 
-from robust_ik.description import Box, Cylinder, Sphere
-from robust_ik.dh import DHJoint, DHTable, screw
-from robust_ik.dh_urdf import dh_to_urdf
-from robust_ik.tips import choose_tip
-from robust_ik.urdf import parse_urdf
+from robust_ik.description.dh.dh_table import DHJoint, DHTable, screw
+from robust_ik.description.dh.dh_urdf import dh_to_urdf
+from robust_ik.description.joint_tree import Box, Cylinder, Sphere
+from robust_ik.description.tips import choose_tip
+from robust_ik.description.urdf.urdf_reader import parse_urdf
 
 CONVENTIONS = ("standard", "modified")
 SEEDS = range(20)

@@ -8,14 +8,14 @@ import pytest
 import trimesh
 from numpy.testing import assert_allclose
 
-from robust_ik.description import Mesh
+from robust_ik.description.joint_tree import Mesh
+from robust_ik.description.meshes import mesh_files as reader
+from robust_ik.description.meshes.mesh_files import UnreadableMeshError, read_mesh
+from robust_ik.description.meshes.mesh_references import ConfinedResolver
+from robust_ik.description.meshes.triangle_meshes import Triangles, signed_volume, tidy
+from robust_ik.description.urdf.urdf_reader import parse_urdf
 from robust_ik.display import Scene, draw_robot
-from robust_ik.meshes import reader
-from robust_ik.meshes.reader import UnreadableMeshError, read_mesh
-from robust_ik.meshes.resolver import ConfinedResolver
-from robust_ik.meshes.triangles import Triangles, signed_volume, tidy
 from robust_ik.robot import Robot
-from robust_ik.urdf import parse_urdf
 
 RED = (1.0, 0.0, 0.0, 1.0)
 SUFFIXES = (".stl", ".dae", ".obj", ".ply", ".glb", ".gltf", ".off")

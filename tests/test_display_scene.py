@@ -9,6 +9,7 @@ import pytest
 import trimesh
 from numpy.testing import assert_allclose
 
+from robust_ik.description.meshes.triangle_meshes import signed_volume
 from robust_ik.display import Scene, draw_configuration, draw_robot
 from robust_ik.display._meshcat import geometry, umsgpack
 from robust_ik.display.names import distinct, node_names
@@ -17,7 +18,6 @@ from robust_ik.display.shapes import double_arrow, revolved, rod, swept_tube, tu
 from robust_ik.display.tracks import Tracks
 from robust_ik.display.view import View
 from robust_ik.errors import InputError
-from robust_ik.meshes.triangles import signed_volume
 from robust_ik.robot import Robot
 from robust_ik.runtime.output_files import write_file
 

@@ -9,8 +9,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import robust_ik as rik
-from robust_ik.catalog import EXAMPLES, catalog
-from robust_ik.urdf import parse_urdf, read_urdf
+from robust_ik.description.catalog import EXAMPLES, catalog
+from robust_ik.description.urdf.urdf_reader import parse_urdf, read_urdf
 from tests import pinocchio_reference
 from tests.screws import Chain
 

@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import robust_ik as rik
-from robust_ik import catalog
+from robust_ik.description import catalog
 
 PAGE = (Path(__file__).parents[1] / "docs" / "loading.md").read_text(encoding="utf-8")
 

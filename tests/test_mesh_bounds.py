@@ -6,10 +6,11 @@ import struct
 import numpy as np
 import pytest
 
-from robust_ik.description import Mesh
-from robust_ik.meshes import bounds, reader
-from robust_ik.meshes.reader import UnreadableMeshError, read_mesh
-from robust_ik.meshes.triangles import Triangles, tidy
+from robust_ik.description.joint_tree import Mesh
+from robust_ik.description.meshes import mesh_bounds as bounds
+from robust_ik.description.meshes import mesh_files as reader
+from robust_ik.description.meshes.mesh_files import UnreadableMeshError, read_mesh
+from robust_ik.description.meshes.triangle_meshes import Triangles, tidy
 
 HEAD = '<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1"><library_geometries>'
 HEAD += "<geometry id='g'><mesh><triangles><p>0 1 2 2 1 0</p></triangles></mesh></geometry>"

@@ -27,7 +27,7 @@ from benchmarks.claims.almarkhi import (
     lost_by_figure_6,
     starts,
 )
-from robust_ik.catalog import find
+from robust_ik.description.catalog import find
 from robust_ik.display import descents_figure
 from robust_ik.kinematics.singular_value_gradients import closed_form_hessian
 from robust_ik.singularities.descent import project

@@ -12,7 +12,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import robust_ik as rik
-from robust_ik.catalog import find
+from robust_ik.description.catalog import find
 from robust_ik.scenarios import load_scenario
 
 BOUND, ORIENTATION_BOUND = 0.06, 0.3

@@ -7,7 +7,7 @@ from types import ModuleType, SimpleNamespace
 import pytest
 
 import robust_ik as rik
-from robust_ik.catalog import catalog
+from robust_ik.description.catalog import catalog
 
 
 @pytest.fixture

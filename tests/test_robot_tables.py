@@ -7,8 +7,8 @@ from numpy import cos, pi, sin
 from numpy.testing import assert_allclose
 
 import robust_ik as rik
-from robust_ik.dh_toml import read_dh
-from robust_ik.dh_urdf import dh_to_urdf
+from robust_ik.description.dh.dh_toml import read_dh
+from robust_ik.description.dh.dh_urdf import dh_to_urdf
 from robust_ik.kinematics.svd import svd
 from robust_ik.kinematics.twist_rows import ROWS
 

@@ -8,8 +8,8 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import robust_ik as rik
-from robust_ik.catalog import find
-from robust_ik.dh_toml import table_to_toml
+from robust_ik.description.catalog import find
+from robust_ik.description.dh.dh_toml import table_to_toml
 from robust_ik.errors import InputError, LoadError, RobotNotFoundError
 from robust_ik.scenarios import load_scenario, read_scenario, scenarios, with_reach
 

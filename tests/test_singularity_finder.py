@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import robust_ik as rik
-from robust_ik.catalog import catalog
+from robust_ik.description.catalog import catalog
 from robust_ik.kinematics.svd import full_svd
 from robust_ik.singularities.finder import find_points, local_dimensions, project
 from robust_ik.singularities.gradient import rotated_gradients

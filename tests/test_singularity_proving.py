@@ -12,13 +12,13 @@ import pytest
 import robust_ik as rik
 from robust_ik.certificates import Certificate, Proof, Verdict, leaves
 from robust_ik.certificates.members import members
+from robust_ik.description.urdf.urdf_reader import parse_urdf
 from robust_ik.kinematics.svd import svd
 from robust_ik.singularities import proving
 from robust_ik.singularities.atlas import SingularityAtlas
 from robust_ik.singularities.confidence import Status
 from robust_ik.singularities.coranks import judged
 from robust_ik.singularities.work import work_of
-from robust_ik.urdf import parse_urdf
 
 CERTIFIED = ("pa10", "panda", "puma560", "ur5", "duleba_3r", "planar_3r", "xarm7", "talos_arm", "kinova")
 

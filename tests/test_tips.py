@@ -3,9 +3,9 @@
 import pytest
 
 import robust_ik as rik
-from robust_ik.catalog import catalog
-from robust_ik.tips import choose_tip
-from robust_ik.urdf import parse_urdf, read_urdf
+from robust_ik.description.catalog import catalog
+from robust_ik.description.tips import choose_tip
+from robust_ik.description.urdf.urdf_reader import parse_urdf, read_urdf
 
 LIMIT = '<limit lower="-1" upper="1" velocity="1" effort="1"/>'
 

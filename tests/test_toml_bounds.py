@@ -5,10 +5,10 @@ import tomllib
 import pytest
 
 import robust_ik as rik
-from robust_ik import toml_bounds
-from robust_ik.dh_toml import table_from_toml
+from robust_ik.description import toml_bounds
+from robust_ik.description.dh.dh_toml import table_from_toml
+from robust_ik.description.toml_bounds import read_toml
 from robust_ik.scenarios import read_scenario
-from robust_ik.toml_bounds import read_toml
 
 LONG = {
     "a key": "a" + ".a" * 100_000 + " = 1",

@@ -10,8 +10,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import robust_ik as rik
-from robust_ik.description import Box, Cylinder, Mesh, Sphere
-from robust_ik.urdf import MAX_BYTES, parse_urdf, read_urdf
+from robust_ik.description.joint_tree import Box, Cylinder, Mesh, Sphere
+from robust_ik.description.urdf.urdf_reader import MAX_BYTES, parse_urdf, read_urdf
 
 LIMIT = '<limit lower="-1" upper="2" velocity="3" effort="4"/>'
 

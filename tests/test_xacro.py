@@ -6,7 +6,7 @@ import sys
 import pytest
 
 import robust_ik as rik
-from robust_ik import xacro_files
+from robust_ik.description.urdf import xacro_files
 
 pytest.importorskip("xacrodoc")
 
@@ -140,8 +140,8 @@ def test_without_xacrodoc_it_is_said_how_to_get_it(package, monkeypatch):
 
 
 def test_the_process_reads_only_where_the_robot_lies():
-    from robust_ik.meshpaths import MeshPaths
-    from robust_ik.xacro_process import _Readable
+    from robust_ik.description.meshes.mesh_paths import MeshPaths
+    from robust_ik.description.urdf.xacro_process import _Readable
 
     readable = _Readable(MeshPaths(None))
     readable.audit("open", (sys.executable, "r", 0))

@@ -6,14 +6,14 @@ import pickle
 import pytest
 
 import robust_ik as rik
-from robust_ik import xml_bounds
-from robust_ik.catalog import catalog
-from robust_ik.description import Description
+from robust_ik.description import xml_bounds
+from robust_ik.description.catalog import catalog
+from robust_ik.description.joint_tree import Description
+from robust_ik.description.tips import choose_tip
+from robust_ik.description.urdf.urdf_checks import safe_tree
+from robust_ik.description.urdf.urdf_reader import parse_urdf
+from robust_ik.description.xml_bounds import SRDF, URDF
 from robust_ik.errors import LONGEST_MESSAGE, cut, listed, suggest
-from robust_ik.tips import choose_tip
-from robust_ik.urdf import parse_urdf
-from robust_ik.urdf_checks import safe_tree
-from robust_ik.xml_bounds import SRDF, URDF
 
 ROBOT = '<robot name="r"><link name="a"/>{}</robot>'
 ATTRIBUTES = " ".join(f"a{i}=''" for i in range(9000))
@@ -40,7 +40,7 @@ def unread(monkeypatch):
     def never(*_, **__):
         raise AssertionError("it was read")
 
-    monkeypatch.setattr("robust_ik.urdf_checks.etree.fromstring", never)
+    monkeypatch.setattr("robust_ik.description.urdf.urdf_checks.etree.fromstring", never)
 
 
 @pytest.mark.parametrize("many", MANY)

@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 
 import robust_ik as rik
-from robust_ik.catalog import find
+from robust_ik.description.catalog import find
 from robust_ik.kinematics.singular_value_gradients import closed_form_hessian, singular_value_gradient
 from robust_ik.singularities.kinematics import ScrewChain
 

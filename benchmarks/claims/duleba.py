@@ -9,8 +9,8 @@ import numpy as np
 
 import robust_ik as rik
 from robust_ik import evaluation
-from robust_ik.catalog import find
 from robust_ik.checks import Array
+from robust_ik.description.catalog import find
 
 
 def three_revolute(lengths: Sequence[float] | Array, base: float = 0.0) -> rik.Robot:

@@ -27,8 +27,8 @@ from benchmarks.claims.almarkhi import (
 )
 from benchmarks.claims.claim import Claim
 from benchmarks.claims.spread import Spread, spread
-from robust_ik.catalog import find
 from robust_ik.checks import Array
+from robust_ik.description.catalog import find
 from robust_ik.singularities.descent import Search, project
 from robust_ik.singularities.finder import find_points
 from robust_ik.singularities.gradient import gradient_search

@@ -27,7 +27,7 @@ from robust_ik.certificates.rational import (
     transpose,
     turn,
 )
-from robust_ik.description import MOVING_TYPES
+from robust_ik.description.joint_tree import MOVING_TYPES
 from robust_ik.kinematics.twist_rows import ROWS
 
 if TYPE_CHECKING:

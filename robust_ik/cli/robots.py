@@ -22,13 +22,13 @@ from robust_ik.errors.safe_text import in_markup, visible
 from robust_ik.runtime.output_files import check_output, write_file
 
 if TYPE_CHECKING:
-    from robust_ik.catalog import Entry
+    from robust_ik.description.catalog import Entry
 
 
 def robots() -> None:
     """List the robots that can be loaded by name."""
     from robust_ik import report
-    from robust_ik.catalog import catalog
+    from robust_ik.description.catalog import catalog
 
     console.print(report.robots((entry, *_joints_and_tip(entry)) for entry in catalog().values()))
     console.print("Any .urdf or .xacro path and any DH table (.toml) loads as well. 'robust-ik info NAME' tells more.")
@@ -36,10 +36,10 @@ def robots() -> None:
 
 def _joints_and_tip(entry: Entry) -> tuple[str, str]:
     """How many joints, and which tip is moved by default; what went wrong where it cannot be read."""
-    from robust_ik.description import MOVING_TYPES
+    from robust_ik.description.joint_tree import MOVING_TYPES
+    from robust_ik.description.tips import choose_tip
+    from robust_ik.description.urdf.urdf_reader import read_urdf
     from robust_ik.loading import load
-    from robust_ik.tips import choose_tip
-    from robust_ik.urdf import read_urdf
 
     try:
         if entry.path.suffix == ".toml":

@@ -12,13 +12,13 @@ from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, alone, as_array
 from robust_ik.checks.public_arguments import checked
-from robust_ik.description import Box, Cylinder, Mesh, Sphere
+from robust_ik.description.joint_tree import Box, Cylinder, Mesh, Sphere
+from robust_ik.description.meshes.mesh_files import Color, Part, UnreadableMeshError, read_mesh
 from robust_ik.display._meshcat import Visualizer, geometry
 from robust_ik.display.names import node_names
 from robust_ik.display.shapes import GREY, material, triangle_mesh
 from robust_ik.display.skeleton import BONE, KNUCKLE, Skeleton
 from robust_ik.display.tracks import Tracks
-from robust_ik.meshes.reader import Color, Part, UnreadableMeshError, read_mesh
 from robust_ik.robot import Robot
 
 Y_TO_Z = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])

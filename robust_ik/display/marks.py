@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robust_ik.checks import Array, checked_parameter
+from robust_ik.description.meshes.triangle_meshes import Triangles
 from robust_ik.display._meshcat import Visualizer, geometry
 from robust_ik.display.motion import carried_frames, follow, right_handed
 from robust_ik.display.shapes import (
@@ -25,7 +26,6 @@ from robust_ik.display.shapes import (
 )
 from robust_ik.display.tracks import LARGEST, Still, Tracks
 from robust_ik.kinematics.twist_rows import ROWS
-from robust_ik.meshes.triangles import Triangles
 
 LOST: Color = (0.88, 0.12, 0.22, 1.0)
 ELLIPSOID: Color = (0.15, 0.55, 0.75, 0.22)

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robust_ik.checks import Array
+from robust_ik.description.meshes.triangle_meshes import Triangles
 from robust_ik.display._meshcat import EXTENSION, geometry, umsgpack
 from robust_ik.display.motion import carried_frames
-from robust_ik.meshes.triangles import Triangles
 
 Color = tuple[float, float, float, float]
 GREY: Color = (0.72, 0.74, 0.77, 1.0)

@@ -136,9 +136,7 @@ def _decomposed(J: Array, *, full: bool) -> ThinSVD:
 @cache
 def _compiled(what: str, small: bool) -> Callable[..., bool]:
     """The kernel for "vectors" or "values", of at most 8 or at most LARGEST_COMPILED rows and columns."""
-    from robust_ik.kernels.matrices import (
-        small_svd as decompose,  # imports Numba, half a second: only where it is needed
-    )
+    from robust_ik.kernels.matrices import small_svd as decompose
 
     kernel = getattr(decompose, f"{what}_{8 if small else LARGEST_COMPILED}")
     compiled: Callable[..., bool] = kernel.compiled

@@ -9,7 +9,7 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from robust_ik.checks import Array
-from robust_ik.description import Description, Mesh, Visual
+from robust_ik.description.joint_tree import Description, Mesh, Visual
 from robust_ik.errors import LoadError
 from robust_ik.limits.collision_geometry import Geometry, convex_hull, primitive
 from robust_ik.robot import Robot
@@ -72,7 +72,10 @@ def link_solids(robot: Robot, bodies: Bodies, links: set[str]) -> Iterator[Solid
 
 
 def _geometry(visual: Visual, description: Description, read: dict[Mesh, Geometry]) -> Geometry:
-    from robust_ik.meshes.reader import UnreadableMeshError, read_vertices  # imports trimesh: only where it is needed
+    from robust_ik.description.meshes.mesh_files import (  # imports trimesh: only where it is needed
+        UnreadableMeshError,
+        read_vertices,
+    )
 
     if not isinstance(visual.shape, Mesh):
         return primitive(visual.shape)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robust_ik.checks import Array
-from robust_ik.description import Box, Cylinder, Sphere
+from robust_ik.description.joint_tree import Box, Cylinder, Sphere
 from robust_ik.limits.obstacles import HalfSpace
 
 LEAST_SIZE = 1e-6

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, as_measures, checked_parameter, checked_rigid, readonly
-from robust_ik.description import Box, Cylinder, Sphere
+from robust_ik.description.joint_tree import Box, Cylinder, Sphere
 from robust_ik.errors import InputError
 
 LARGEST = 1e6

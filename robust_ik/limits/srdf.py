@@ -8,11 +8,11 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from robust_ik.description.meshes.mesh_paths import CONVENTIONAL_FOLDERS
+from robust_ik.description.urdf.urdf_checks import safe_tree
 from robust_ik.errors import UrdfError
-from robust_ik.meshpaths import CONVENTIONAL_FOLDERS
 from robust_ik.robot import Robot
 from robust_ik.runtime.files import read_file
-from robust_ik.urdf_checks import safe_tree
 
 MAX_BYTES = 20_000_000
 FOLDER = "srdf"

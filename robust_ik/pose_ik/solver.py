@@ -77,9 +77,7 @@ class PoseSolver:
 
     @cached_property
     def _kernel(self) -> Callable[..., Any]:
-        from robust_ik.kernels.pose.pose_search import (
-            solve_one,  # imports Numba, half a second: only where it is needed
-        )
+        from robust_ik.kernels.pose.pose_search import solve_one
 
         return solve_one.compiled
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from robust_ik.checks import Array, as_array
+from robust_ik.description.toml_bounds import read_toml
 from robust_ik.errors import InputError, LoadError
 from robust_ik.loading import load
 from robust_ik.paths import pose
@@ -20,7 +21,6 @@ from robust_ik.scenario import Scenario
 from robust_ik.scenarios.building import method
 from robust_ik.scenarios.targets import Table, target
 from robust_ik.tasks import Follow, FrameTask, OrientationTask, PostureTask, Replay, Stack, Task
-from robust_ik.toml_bounds import read_toml
 
 LARGEST_FILE = 1_000_000
 

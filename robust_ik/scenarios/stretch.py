@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robust_ik.checks import Array
+from robust_ik.description.urdf.urdf_reader import lock_slides
 from robust_ik.errors import TipError
 from robust_ik.inverses import RobustInverse
 from robust_ik.kinematics.svd import RANK_TOLERANCE, singular_values, svd
@@ -20,7 +21,6 @@ from robust_ik.robot import Robot
 from robust_ik.simulation import simulate
 from robust_ik.tasks import Follow, FrameTask
 from robust_ik.trajectory import Trajectory
-from robust_ik.urdf import lock_slides
 
 BEYOND = 1.1
 PULL = 0.3

@@ -89,9 +89,7 @@ def step(at: Residual, damping: Array) -> Array:
         at: r and A = ∂r/∂q of N configurations.
         damping: (N,).
     """
-    from robust_ik.kernels.matrices.levenberg_marquardt import (
-        steps,  # imports Numba, half a second: only where it is needed
-    )
+    from robust_ik.kernels.matrices.levenberg_marquardt import steps
 
     count, p, n = at.derivative.shape
     size, result = min(p, n), np.empty((count, n))

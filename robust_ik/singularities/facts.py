@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.catalog import catalog
 from robust_ik.certificates.certify import plain_arm
 from robust_ik.certificates.exact_model import UnsupportedError, exact_arm
 from robust_ik.certificates.floats import float_jacobian
 from robust_ik.certificates.proof import Arm
 from robust_ik.checks import Array, as_array, readonly
-from robust_ik.dh import DHTable
-from robust_ik.dh_toml import read_dh
+from robust_ik.description.catalog import catalog
+from robust_ik.description.dh.dh_table import DHTable
+from robust_ik.description.dh.dh_toml import read_dh
 from robust_ik.errors import InputError, LoadError
 from robust_ik.singularities.kinematics import ScrewChain
 from robust_ik.singularities.notation import symbols

@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from robust_ik.dh import DHTable
+from robust_ik.description.dh.dh_table import DHTable
 from robust_ik.singularities.angles import Angle, wrapped
 from robust_ik.singularities.relations import Relation, Term
 

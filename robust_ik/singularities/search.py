@@ -27,7 +27,7 @@ from robust_ik.singularities.strata import Stratum
 from robust_ik.singularities.work import Tally, Work, work_of
 
 if TYPE_CHECKING:
-    from robust_ik.dh import DHTable
+    from robust_ik.description.dh.dh_table import DHTable
     from robust_ik.robot import Robot
 
 STARTS = 1500

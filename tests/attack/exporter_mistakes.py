@@ -21,9 +21,9 @@ import numpy as np
 import pinocchio as pin
 
 import robust_ik as rik
-from robust_ik.catalog import EXAMPLES, catalog
-from robust_ik.tips import choose_tip
-from robust_ik.urdf import parse_urdf, read_urdf
+from robust_ik.description.catalog import EXAMPLES, catalog
+from robust_ik.description.tips import choose_tip
+from robust_ik.description.urdf.urdf_reader import parse_urdf, read_urdf
 
 LARGEST_BASE = 25_000
 """Bytes of the files that are mutated: larger ones take time and hold nothing else."""

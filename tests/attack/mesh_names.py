@@ -5,10 +5,10 @@ import random
 import tempfile
 from pathlib import Path
 
+from robust_ik.description.meshes.mesh_paths import MeshPaths
+from robust_ik.description.meshes.mesh_references import ConfinedResolver
+from robust_ik.description.meshes.opening import read_inside
 from robust_ik.errors import RobustIKError
-from robust_ik.meshes.opening import read_inside
-from robust_ik.meshes.resolver import ConfinedResolver
-from robust_ik.meshpaths import MeshPaths
 from tests.attack.guards import WATCH, TooSlowError, within
 
 COUNTS = {"short": 3_000, "full": 1_000_000}

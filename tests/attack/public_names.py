@@ -20,7 +20,7 @@ import numpy as np
 
 import robust_ik as rik
 from robust_ik import certificates, display, evaluation, inverses, stability
-from robust_ik.catalog import catalog
+from robust_ik.description.catalog import catalog
 from tests.attack.guards import TooSlowError, within
 
 COUNTS = {"short": 600, "full": 200_000}

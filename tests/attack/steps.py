@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import robust_ik as rik
-from robust_ik.catalog import catalog
+from robust_ik.description.catalog import catalog
 from tests import soak
 from tests.cases_filters import CASES
 from tests.cases_others import OTHER_CASES

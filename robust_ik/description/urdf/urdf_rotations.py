@@ -6,9 +6,9 @@ import math
 import re
 from typing import Any
 
+from robust_ik.description.notes import Notes, named
+from robust_ik.description.urdf.urdf_numbers import numbers, shown
 from robust_ik.errors import UrdfError
-from robust_ik.notes import Notes, named
-from robust_ik.urdf_numbers import numbers, shown
 
 KNOWN = ("1.0", "1.1", "1.2")
 

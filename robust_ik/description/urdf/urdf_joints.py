@@ -8,9 +8,9 @@ from typing import Any
 
 from lxml import etree
 
-from robust_ik.description import MOVING_TYPES
-from robust_ik.notes import Notes, named
-from robust_ik.urdf_numbers import LARGEST, are_numbers, numbers, shown
+from robust_ik.description.joint_tree import MOVING_TYPES
+from robust_ik.description.notes import Notes, named
+from robust_ik.description.urdf.urdf_numbers import LARGEST, are_numbers, numbers, shown
 
 JOINT_TYPES = (*MOVING_TYPES, "fixed", "floating", "planar")
 LEAST_AXIS = 1e-6

@@ -20,7 +20,7 @@ MOST_CHARACTERS = 50_000_000
 _START = """
 import json, sys
 sys.path[:] = json.loads(sys.argv[1])
-from robust_ik.xacro_process import main
+from robust_ik.description.urdf.xacro_process import main
 main()
 """
 

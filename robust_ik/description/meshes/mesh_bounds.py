@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from lxml import etree
 
+from robust_ik.description.xml_bounds import COLLADA, keeps_brackets
 from robust_ik.errors import UrdfError
-from robust_ik.xml_bounds import COLLADA, keeps_brackets
 
 MAX_BYTES = 60_000_000
 """The largest real meshes of robots have 30 MB."""

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from robust_ik.checks import Array, readonly
-from robust_ik.description import Box, Cylinder, Mesh, Shape, Sphere, Visual
-from robust_ik.meshpaths import MeshPaths
-from robust_ik.notes import Notes, named
-from robust_ik.urdf_numbers import are_numbers, numbers, shown
+from robust_ik.description.joint_tree import Box, Cylinder, Mesh, Shape, Sphere, Visual
+from robust_ik.description.meshes.mesh_paths import MeshPaths
+from robust_ik.description.notes import Notes, named
+from robust_ik.description.urdf.urdf_numbers import are_numbers, numbers, shown
 
 _NEEDED = {"box": {"size": 3}, "sphere": {"radius": 1}, "cylinder": {"radius": 1, "length": 1}, "mesh": {}}
 _LEFT_OUT = "it is left out, in drawings and where collisions are looked for"

@@ -12,19 +12,19 @@ from typing import Any
 import numpy as np
 from lxml import etree
 
-from robust_ik.description import MOVING_TYPES, Description, Joint, Mimic
-from robust_ik.dh import screw
+from robust_ik.description.dh.dh_table import screw
+from robust_ik.description.joint_tree import MOVING_TYPES, Description, Joint, Mimic
+from robust_ik.description.meshes.mesh_paths import MeshPaths
+from robust_ik.description.notes import Notes, named
+from robust_ik.description.urdf.urdf_checks import check_tree, safe_tree
+from robust_ik.description.urdf.urdf_joints import mend_joints
+from robust_ik.description.urdf.urdf_numbers import shown
+from robust_ik.description.urdf.urdf_rotations import write_rotations
+from robust_ik.description.urdf.urdf_shapes import collisions, mend_shapes, visuals
+from robust_ik.description.urdf.urdf_xacro import HOW, check_expanded
+from robust_ik.description.urdf.xacro_files import SUFFIX, checked_arguments, expand
 from robust_ik.errors import InputError, UrdfError, cut, listed
-from robust_ik.meshpaths import MeshPaths
-from robust_ik.notes import Notes, named
 from robust_ik.runtime.files import read_file
-from robust_ik.urdf_checks import check_tree, safe_tree
-from robust_ik.urdf_joints import mend_joints
-from robust_ik.urdf_numbers import shown
-from robust_ik.urdf_rotations import write_rotations
-from robust_ik.urdf_shapes import collisions, mend_shapes, visuals
-from robust_ik.urdf_xacro import HOW, check_expanded
-from robust_ik.xacro_files import SUFFIX, checked_arguments, expand
 
 MAX_BYTES = 50_000_000
 SEEMS_DEGREES = 8 * math.pi

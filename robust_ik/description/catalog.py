@@ -119,7 +119,7 @@ def find(name: str) -> Entry:
 
 def _ours() -> Iterator[Entry]:
     """`robots/` beside the package in a checkout, `_robots/` inside it when installed."""
-    package = Path(__file__).parent
+    package = Path(__file__).parents[1]
     folder = next((f for f in (package / "_robots", package.parent / "robots") if f.is_dir()), None)
     if folder is None:
         return

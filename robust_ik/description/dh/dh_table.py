@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, as_array, readonly
-from robust_ik.dh_checks import checked_name, checked_number, checked_numbers, checked_rigid, shown
+from robust_ik.description.dh.dh_checks import checked_name, checked_number, checked_numbers, checked_rigid, shown
 from robust_ik.errors import DHError, InputError
 from robust_ik.kinematics.twist_rows import ROWS, checked_rows
 

@@ -8,11 +8,11 @@ from typing import Any
 
 from lxml import etree
 
+from robust_ik.description.notes import Notes, named
+from robust_ik.description.urdf.urdf_numbers import LARGEST, are_numbers, shown
+from robust_ik.description.urdf.xml_repairs import note_version, repaired
+from robust_ik.description.xml_bounds import SRDF, URDF, XmlBounds, keeps_brackets
 from robust_ik.errors import UrdfError
-from robust_ik.notes import Notes, named
-from robust_ik.urdf_numbers import LARGEST, are_numbers, shown
-from robust_ik.xml_bounds import SRDF, URDF, XmlBounds, keeps_brackets
-from robust_ik.xml_repairs import note_version, repaired
 
 MAX_DEPTH = 1000
 """Joints from the root to a leaf; the parsers below recurse."""

@@ -10,7 +10,7 @@ from urllib.parse import unquote
 
 from trimesh.resolvers import Resolver
 
-from robust_ik.meshes.opening import read_inside
+from robust_ik.description.meshes.opening import read_inside
 
 MAX_REFERENCE_BYTES = 50_000_000
 """Of all files together that one mesh refers to, each counted as often as it is asked for."""

@@ -16,7 +16,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from robust_ik.meshpaths import MeshPaths
+from robust_ik.description.meshes.mesh_paths import MeshPaths
 
 FORBIDDEN = (
     "ctypes.", "ftplib.", "os.chmod", "os.chown", "os.exec", "os.fork", "os.kill", "os.link", "os.mkdir",

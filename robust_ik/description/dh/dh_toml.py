@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from robust_ik.checks import Array
-from robust_ik.dh import DHJoint, DHTable, screw
-from robust_ik.dh_checks import checked_numbers, checked_rigid, shown
+from robust_ik.description.dh.dh_checks import checked_numbers, checked_rigid, shown
+from robust_ik.description.dh.dh_table import DHJoint, DHTable, screw
+from robust_ik.description.toml_bounds import read_toml
 from robust_ik.errors import DHError, suggest
 from robust_ik.runtime.files import read_file
-from robust_ik.toml_bounds import read_toml
 
 MAX_BYTES, MAX_LINE = 200_000, 2_000
 """A hundred joints take a tenth of this; the time to read dotted keys and nested tables grows with their square."""

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
-from robust_ik.description import Description, Joint
+from robust_ik.description.joint_tree import Description, Joint
 from robust_ik.errors import TipError, listed
 
 LEAST_ARM = 3

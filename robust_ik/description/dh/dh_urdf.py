@@ -12,7 +12,7 @@ from lxml import etree
 from yourdfpy import urdf
 
 from robust_ik.checks import Array
-from robust_ik.dh import DHJoint, DHTable, screw
+from robust_ik.description.dh.dh_table import DHJoint, DHTable, screw
 
 UNSTATED_VELOCITY = 1000.0
 UNSTATED_EFFORT = 1000.0

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from robust_ik.notes import Notes
+from robust_ik.description.notes import Notes
 
 MOST_CHARACTERS = 10_000_000
 """Longer texts are not repaired."""

@@ -8,9 +8,9 @@ from typing import Any
 
 from lxml import etree
 
+from robust_ik.description.notes import Notes
+from robust_ik.description.urdf.urdf_numbers import shown
 from robust_ik.errors import UrdfError
-from robust_ik.notes import Notes
-from robust_ik.urdf_numbers import shown
 
 HOW = (
     "expand it: name the file .xacro and install robust-ik[xacro], or run 'xacro FILE > robot.urdf' (with ROS) or "

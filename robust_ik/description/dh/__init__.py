@@ -1,0 +1,1 @@
+"""DH tables, from TOML files and to URDF."""
