@@ -12,7 +12,7 @@ import robust_ik as rik
 from benchmarks.chains import Chain
 from benchmarks.environments import CACHE
 from benchmarks.peers.timing import Work
-from robust_ik.reach import find_reach
+from robust_ik.robot.reach import find_reach
 
 SEED = 1
 TOLERANCE = (1e-4, 1e-3)

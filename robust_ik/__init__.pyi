@@ -1,9 +1,15 @@
 """The public names of robust_ik and where they live: one line each, for type checkers and for `__init__.py`."""
 
 from robust_ik import certificates as certificates
-from robust_ik import evaluation as evaluation
 from robust_ik import inverses as inverses
-from robust_ik import stability as stability
+from robust_ik.analysis import evaluation as evaluation
+from robust_ik.analysis import stability as stability
+from robust_ik.analysis.explanation import Explanation as Explanation
+from robust_ik.analysis.explanation import explain as explain
+from robust_ik.analysis.explanation import unavoidable_angle as unavoidable_angle
+from robust_ik.analysis.newton_iteration import NewtonResult as NewtonResult
+from robust_ik.analysis.newton_iteration import NewtonStatus as NewtonStatus
+from robust_ik.analysis.newton_iteration import newton as newton
 from robust_ik.comparing import compare as compare
 from robust_ik.controller import VelocityController as VelocityController
 from robust_ik.description.dh.dh_table import DHJoint as DHJoint
@@ -21,9 +27,6 @@ from robust_ik.errors import RobotNotFoundError as RobotNotFoundError
 from robust_ik.errors import RobustIKError as RobustIKError
 from robust_ik.errors import TipError as TipError
 from robust_ik.errors import UrdfError as UrdfError
-from robust_ik.explanation import Explanation as Explanation
-from robust_ik.explanation import explain as explain
-from robust_ik.explanation import unavoidable_angle as unavoidable_angle
 from robust_ik.inverses import EDLS as EDLS
 from robust_ik.inverses import ESRIM as ESRIM
 from robust_ik.inverses import SDLS as SDLS
@@ -65,11 +68,7 @@ from robust_ik.limits import JointLimits as JointLimits
 from robust_ik.limits import Limit as Limit
 from robust_ik.limits import Obstacle as Obstacle
 from robust_ik.limits import PairDistance as PairDistance
-from robust_ik.loading import load as load
 from robust_ik.measures import measure_bounds as measure_bounds
-from robust_ik.newton_steps import NewtonResult as NewtonResult
-from robust_ik.newton_steps import NewtonStatus as NewtonStatus
-from robust_ik.newton_steps import newton as newton
 from robust_ik.paths import Circle as Circle
 from robust_ik.paths import Keypoints as Keypoints
 from robust_ik.paths import Line as Line
@@ -94,7 +93,11 @@ from robust_ik.resolvers import Sliding as Sliding
 from robust_ik.resolvers import TaskPriority as TaskPriority
 from robust_ik.resolvers import TaskReconstruction as TaskReconstruction
 from robust_ik.resolvers import WeightedPriority as WeightedPriority
-from robust_ik.robot import Robot as Robot
+from robust_ik.robot.loading import load as load
+from robust_ik.robot.robot import Robot as Robot
+from robust_ik.robot.workspace_map import Cells as Cells
+from robust_ik.robot.workspace_map import WorkspaceMap as WorkspaceMap
+from robust_ik.robot.workspace_map import map_workspace as map_workspace
 from robust_ik.scenario import Scenario as Scenario
 from robust_ik.scenarios import load_scenario as load_scenario
 from robust_ik.simulation import simulate as simulate
@@ -124,8 +127,5 @@ from robust_ik.tasks import TwistTask as TwistTask
 from robust_ik.tasks import pose_error as pose_error
 from robust_ik.trajectory import Trajectory as Trajectory
 from robust_ik.warming import warmup as warmup
-from robust_ik.workspace import Cells as Cells
-from robust_ik.workspace import WorkspaceMap as WorkspaceMap
-from robust_ik.workspace import map_workspace as map_workspace
 
 __version__: str

@@ -21,7 +21,7 @@ from robust_ik.resolution import Resolution
 from robust_ik.resolvers import Resolver, TaskPriority
 from robust_ik.resolvers.base import InverseResolver
 from robust_ik.resolvers.verdict import reductions, verdict
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 from robust_ik.scales import chosen_length_scale
 from robust_ik.tasks import Stack, Task, checked_stack
 from robust_ik.tasks.base import Drive, Moment

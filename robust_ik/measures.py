@@ -10,7 +10,7 @@ from robust_ik.checks.public_arguments import checked
 from robust_ik.inverses.task_equation import stacked
 from robust_ik.problem import VelocityProblem
 from robust_ik.resolvers.verdict import reductions
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 from robust_ik.tasks import Stack, Task, checked_stack
 
 SAMPLES = 300

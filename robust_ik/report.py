@@ -14,8 +14,8 @@ from robust_ik.description.joint_tree import Mesh
 from robust_ik.errors.safe_text import plain, visible
 from robust_ik.inverses import RobustInverse
 from robust_ik.kinematics.svd import condition_number, svd
-from robust_ik.reach import ArmReach, find_reach
-from robust_ik.robot import Robot
+from robust_ik.robot.reach import ArmReach, find_reach
+from robust_ik.robot.robot import Robot
 from robust_ik.trajectory import Trajectory
 
 MOST_NOTES = 20

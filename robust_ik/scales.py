@@ -8,7 +8,7 @@ import numpy as np
 
 from robust_ik.checks import checked_parameter
 from robust_ik.inverses import SDLS, RobustInverse, Weighted
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 
 
 def chosen_length_scale(robot: Robot, inverses: Iterable[RobustInverse], given: float | None) -> float:

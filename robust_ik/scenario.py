@@ -16,7 +16,7 @@ from robust_ik.inverses import RobustInverse
 from robust_ik.limits import Limit
 from robust_ik.limits.base import checked_limits
 from robust_ik.resolvers import Resolver
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 from robust_ik.tasks import Stack, Task, checked_stack
 
 Motion = Stack | Task | Callable[[float], Stack | Task]

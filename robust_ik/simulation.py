@@ -19,7 +19,7 @@ from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.limits import Limit
 from robust_ik.resolution import Resolution
 from robust_ik.resolvers import Resolver, TaskPriority
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 from robust_ik.runtime.progress import Told, progress_bar
 from robust_ik.scenario import Method, Motion, Scenario
 from robust_ik.tasks import FrameTask, Stack, checked_stack, pose_error

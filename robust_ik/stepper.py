@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike
 from robust_ik.checks import Array, as_array
 from robust_ik.checks.public_arguments import check_type
 from robust_ik.errors import InputError
-from robust_ik.frame_kinematics import Reference
 from robust_ik.inverses import DampedLeastSquares, RobustInverse
 from robust_ik.kernels.step.step_layout import TOO_LARGE, UNLIKE
 from robust_ik.kinematics.twist_rows import checked_rows
-from robust_ik.robot import Robot
+from robust_ik.robot.frame_kinematics import Reference
+from robust_ik.robot.robot import Robot
 from robust_ik.scales import chosen_length_scale, in_units
 from robust_ik.step_program import Program
 

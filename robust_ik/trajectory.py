@@ -12,7 +12,7 @@ from robust_ik.checks import Array
 from robust_ik.checks.public_arguments import checked
 from robust_ik.resolution import Status
 from robust_ik.resolvers import Resolver
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ from functools import partial
 
 from robust_ik.checks.public_arguments import checked
 from robust_ik.inverses import CLASSES, GainFormula
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 from robust_ik.runtime.progress import Told
 
 SMALLEST = 8

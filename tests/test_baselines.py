@@ -5,6 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import robust_ik as rik
+from robust_ik.analysis.stability import projector_leak
 from robust_ik.bounds import Bounds
 from robust_ik.inverses.baselines import BASELINES, SlowDown, StopAtSingularity
 from robust_ik.inverses.task_equation import TaskEquation
@@ -12,7 +13,6 @@ from robust_ik.kinematics.svd import null_projector
 from robust_ik.problem import VelocityProblem
 from robust_ik.resolvers.baselines import LeakingPriority
 from robust_ik.scenarios.building import KNOWN
-from robust_ik.stability import projector_leak
 from tests.cases_resolvers import named_box
 from tests.test_inverses_contract import SHAPES, jacobians
 from tests.test_linalg import matrix

@@ -335,7 +335,7 @@ RESULTS = [
 
 @pytest.mark.parametrize("arguments", RESULTS, ids=" ".join)
 def test_where_nothing_can_be_written_is_told_before_the_work(command, monkeypatch, arguments):
-    for work in ("robust_ik.loading.load", "robust_ik.scenarios.load_scenario", "robust_ik.display.plot_gains"):
+    for work in ("robust_ik.robot.loading.load", "robust_ik.scenarios.load_scenario", "robust_ik.display.plot_gains"):
         monkeypatch.setattr(work, lambda *_, **__: pytest.fail("it ran"))
     for place, words in (("no/such/x.png", "there is no folder"), ("/proc/x.png", "nothing can be written in")):
         status, _, err = command(*arguments, place)

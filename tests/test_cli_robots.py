@@ -6,8 +6,9 @@ from pathlib import Path
 import pytest
 
 import robust_ik as rik
-from robust_ik import cli, robot
+from robust_ik import cli
 from robust_ik.cli.shared import xacro_arguments
+from robust_ik.robot import robot
 
 DATA = Path(__file__).parent / "data"
 

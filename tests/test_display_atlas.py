@@ -20,7 +20,7 @@ from robust_ik.display.wrenches import Wrenches
 from robust_ik.errors import InputError
 from robust_ik.kinematics.svd import svd
 from robust_ik.kinematics.twist_rows import ROWS
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 from robust_ik.singularities import Curve, WrenchScrew, find_singularities, trace
 from tests.test_display_report import ARM, EVIL, Tags, animations_of, data_of, tracks
 

@@ -15,7 +15,7 @@ from robust_ik.description.meshes.mesh_references import ConfinedResolver
 from robust_ik.description.meshes.triangle_meshes import Triangles, signed_volume, tidy
 from robust_ik.description.urdf.urdf_reader import parse_urdf
 from robust_ik.display import Scene, draw_robot
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 
 RED = (1.0, 0.0, 0.0, 1.0)
 SUFFIXES = (".stl", ".dae", ".obj", ".ply", ".glb", ".gltf", ".off")

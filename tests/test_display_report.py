@@ -19,7 +19,7 @@ from robust_ik.display.tracks import LARGEST
 from robust_ik.errors import InputError
 from robust_ik.inverses import DampedLeastSquares, JParse, MoorePenrose
 from robust_ik.paths import OutAndBack
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 from robust_ik.simulation import simulate
 from robust_ik.tasks import Follow
 

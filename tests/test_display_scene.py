@@ -18,7 +18,7 @@ from robust_ik.display.shapes import double_arrow, revolved, rod, swept_tube, tu
 from robust_ik.display.tracks import Tracks
 from robust_ik.display.view import View
 from robust_ik.errors import InputError
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 from robust_ik.runtime.output_files import write_file
 
 ARM = """<robot name="arm">

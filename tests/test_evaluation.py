@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from robust_ik import InputError, evaluation, svd
+from robust_ik import InputError, svd
+from robust_ik.analysis import evaluation
 from robust_ik.inverses import DampedLeastSquares, MoorePenrose
 from tests.test_linalg import SHAPES, matrix
 

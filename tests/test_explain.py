@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 
 import robust_ik as rik
 from robust_ik import InputError
-from robust_ik.explanation import Branch, explain, unavoidable_angle
+from robust_ik.analysis.explanation import Branch, explain, unavoidable_angle
 from robust_ik.inverses import DampedLeastSquares, JParse, MoorePenrose, RobustInverse, SingularValueFilter
 from tests.test_linalg import SHAPES, matrix
 

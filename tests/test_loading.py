@@ -8,7 +8,7 @@ import robust_ik as rik
 from robust_ik.description import catalog
 from robust_ik.description.urdf.urdf_reader import parse_urdf
 from robust_ik.errors import suggest
-from robust_ik.reach import find_reach
+from robust_ik.robot.reach import find_reach
 from robust_ik.scenarios import stretch
 from robust_ik.scenarios.stretch import BEYOND
 from robust_ik.tasks import Follow

@@ -8,8 +8,8 @@ from numpy.testing import assert_allclose
 
 import robust_ik as rik
 from robust_ik import InputError
+from robust_ik.analysis.newton_iteration import NewtonStatus, newton
 from robust_ik.inverses import DampedLeastSquares, JParse, MoorePenrose, RobustInverse
-from robust_ik.newton_steps import NewtonStatus, newton
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,7 @@ from numpy.testing import assert_allclose
 
 import robust_ik as rik
 from benchmarks.claims.duleba import axis_heights, meets_its_axis, sizes, three_revolute
-from robust_ik.evaluation import DulebaMatched, compare_damping_and_clamp, normalise, safety_by_damping
+from robust_ik.analysis.evaluation import DulebaMatched, compare_damping_and_clamp, normalise, safety_by_damping
 from robust_ik.inverses import DampedLeastSquares, DulebaAdditive, DulebaClamp
 from robust_ik.kinematics.svd import lost_directions, svd
 from robust_ik.scenarios import load_scenario, reach_points

@@ -12,9 +12,9 @@ from numpy.testing import assert_allclose
 import robust_ik as rik
 from benchmarks.claims.jparse import out_of_reach
 from benchmarks.claims.many import hair_apart, run_many
+from robust_ik.analysis.stability import projector_leak
 from robust_ik.paths import pose
 from robust_ik.scenarios import load_scenario, scenarios
-from robust_ik.stability import projector_leak
 
 OURS = [name for name in scenarios() if name.startswith(("jparse_", "xarm7_", "gen3_", "puma_"))]
 scenario = cache(load_scenario)

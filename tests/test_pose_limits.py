@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_array_less
 
 import robust_ik as rik
-from robust_ik.reach import find_reach
+from robust_ik.robot.reach import find_reach
 from tests.arms import arm_of
 
 # KUKA KR 210 L150, from its public description; and a small arm whose lengths were rounded at 1e-6 m.

@@ -7,9 +7,9 @@ import pytest
 
 import robust_ik as rik
 from robust_ik import inverses
+from robust_ik.analysis.stability import largest_stable_dt
 from robust_ik.checks.public_arguments import check_type, checked, computed
 from robust_ik.errors import InputError
-from robust_ik.stability import largest_stable_dt
 from tests.attack import public_names
 
 

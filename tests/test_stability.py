@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from robust_ik import InputError, load, null_projector, stability, svd
+from robust_ik import InputError, load, null_projector, svd
+from robust_ik.analysis import stability
 from robust_ik.inverses import (
     DampedLeastSquares,
     DulebaClamp,

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 import robust_ik as rik
-from robust_ik import evaluation
+from robust_ik.analysis import evaluation
 from robust_ik.checks import Array
 from robust_ik.description.catalog import find
 

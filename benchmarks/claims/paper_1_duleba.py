@@ -11,7 +11,7 @@ import robust_ik as rik
 from benchmarks.claims.claim import Claim
 from benchmarks.claims.duleba import axis_heights, half_plane, meets_its_axis, sizes, three_revolute
 from benchmarks.claims.spread import spread
-from robust_ik import evaluation
+from robust_ik.analysis import evaluation
 from robust_ik.checks import Array
 from robust_ik.scenarios import reach_points
 

@@ -21,7 +21,7 @@ from robust_ik.checks.public_arguments import checked
 from robust_ik.errors import InputError
 
 if TYPE_CHECKING:
-    from robust_ik.robot import Robot
+    from robust_ik.robot.robot import Robot
 
 LINKS = 3
 """How many links' frames are tried, the middle one first."""

@@ -31,7 +31,7 @@ from robust_ik.description.joint_tree import MOVING_TYPES
 from robust_ik.kinematics.twist_rows import ROWS
 
 if TYPE_CHECKING:
-    from robust_ik.robot import Robot
+    from robust_ik.robot.robot import Robot
 
 LENGTH_DIGITS = 12
 """Decimals of a length in metres that are kept: what lies below is rounding of floats."""

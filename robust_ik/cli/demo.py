@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
 
     from robust_ik.inverses import RobustInverse
-    from robust_ik.robot import Robot
+    from robust_ik.robot.robot import Robot
     from robust_ik.scenarios import Stretch
     from robust_ik.trajectory import Trajectory
 
@@ -52,7 +52,7 @@ def demo(
 ) -> None:
     """Reach beyond the arm's reach and come back, with each method; write the animation as one HTML file."""
     from robust_ik import report
-    from robust_ik.loading import load
+    from robust_ik.robot.loading import load
     from robust_ik.scenarios import stretch, with_reach
 
     chosen = _methods(method)

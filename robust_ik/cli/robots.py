@@ -39,7 +39,7 @@ def _joints_and_tip(entry: Entry) -> tuple[str, str]:
     from robust_ik.description.joint_tree import MOVING_TYPES
     from robust_ik.description.tips import choose_tip
     from robust_ik.description.urdf.urdf_reader import read_urdf
-    from robust_ik.loading import load
+    from robust_ik.robot.loading import load
 
     try:
         if entry.path.suffix == ".toml":
@@ -62,7 +62,7 @@ def info(
 ) -> None:
     """Print the chain, limits, tips, σ and manipulability at rest, and the reach."""
     from robust_ik import report
-    from robust_ik.loading import load
+    from robust_ik.robot.loading import load
 
     arm = load(robot, tip, package_dirs=package_dir or (), xacro_args=xacro_arguments(xacro_arg))
     console.print(f"[bold]{in_markup(arm.name)}[/]")
@@ -80,7 +80,7 @@ def export(
     """Write a robot as URDF that other tools read; a DH table becomes links, joints and simple shapes."""
     import numpy as np
 
-    from robust_ik.loading import load
+    from robust_ik.robot.loading import load
 
     check_results(output=output)
     if check_output(output).overwrites and not force:

@@ -55,7 +55,7 @@ def singularities(
     xacro_arg: XacroOption = None,
 ) -> None:
     """Find every family of singular configurations: conditions, dimension, limits, what is lost, how sure that is."""
-    from robust_ik.loading import load
+    from robust_ik.robot.loading import load
     from robust_ik.runtime.parallel import process_pool
     from robust_ik.singularities import find_singularities  # takes half a second to import: only where it is needed
 
@@ -98,7 +98,7 @@ def certify(
 ) -> None:
     """Prove where an arm is singular, exactly and completely, and have the proofs checked."""
     from robust_ik import certificates  # brings computer algebra: only where it is needed
-    from robust_ik.loading import load
+    from robust_ik.robot.loading import load
 
     check_results(output=output)
     arm = load(robot, tip, package_dirs=package_dir or (), xacro_args=xacro_arguments(xacro_arg))

@@ -21,7 +21,7 @@ def warmup(
     """Compile what control loops, pose solvers and searches run, once on this machine; later it is read from disk."""
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-    from robust_ik.loading import load
+    from robust_ik.robot.loading import load
     from robust_ik.warming import warmup as compile_ahead
 
     arm = (

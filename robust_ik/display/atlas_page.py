@@ -19,7 +19,7 @@ from robust_ik.display.page import document
 from robust_ik.display.scene import Scene
 from robust_ik.display.stage import Entry, animation_data, missing_notice, node_parts, stage
 from robust_ik.errors.safe_text import in_html
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 from robust_ik.runtime.output_files import write_file
 from robust_ik.singularities.atlas import SingularityAtlas
 from robust_ik.singularities.facts import RobotFacts

@@ -11,7 +11,7 @@ from robust_ik.display.drawn_robot import DrawnRobot, draw_robot
 from robust_ik.display.marks import GAMMA, Ellipsoids, LostDirections
 from robust_ik.display.scene import Scene
 from robust_ik.display.tracks import Still
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 
 
 @checked

@@ -19,7 +19,7 @@ from robust_ik.display.names import node_names
 from robust_ik.display.shapes import GREY, material, triangle_mesh
 from robust_ik.display.skeleton import BONE, KNUCKLE, Skeleton
 from robust_ik.display.tracks import Tracks
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 
 Y_TO_Z = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 """Turns what three.js builds along y to lie along z, as the URDF's cylinders do."""

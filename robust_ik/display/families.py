@@ -10,7 +10,7 @@ from robust_ik.checks import Array
 from robust_ik.display.motion import follow_subspace, full_basis
 from robust_ik.errors import InputError
 from robust_ik.kinematics.twist_rows import ROWS
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 from robust_ik.singularities.atlas import SingularityAtlas
 from robust_ik.singularities.directions import LostMotion, lost_motion
 from robust_ik.singularities.facts import SAME, RobotFacts

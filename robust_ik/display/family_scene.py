@@ -18,7 +18,7 @@ from robust_ik.display.scene import Scene
 from robust_ik.display.tracks import Tracks
 from robust_ik.display.wrenches import Wrenches, animate_wrenches, draw_wrenches
 from robust_ik.kinematics.svd import svd
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 
 MARK, TRAIL = 0.28, 0.005
 """Size of marks and thickness of trails as parts of the radius of what is seen."""

@@ -12,7 +12,7 @@ from robust_ik.checks import Array
 from robust_ik.display.chart import Curve, chart
 from robust_ik.errors.safe_text import in_html
 from robust_ik.kinematics.twist_rows import ROWS
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 from robust_ik.trajectory import Trajectory
 
 

@@ -10,7 +10,7 @@ from robust_ik.checks import Array
 from robust_ik.description.meshes.triangle_meshes import Triangles
 from robust_ik.display.shapes import rod
 from robust_ik.kinematics.twist_rows import ROWS
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 
 BONE, KNUCKLE = (0.62, 0.66, 0.71, 1.0), (0.27, 0.36, 0.47, 1.0)
 

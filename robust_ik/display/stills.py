@@ -13,7 +13,7 @@ from robust_ik.checks.public_arguments import checked
 from robust_ik.errors import InputError, TipError
 from robust_ik.kinematics.svd import svd
 from robust_ik.kinematics.twist_rows import ROWS
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 from robust_ik.singularities.sparse import sparse_basis
 
 if TYPE_CHECKING:

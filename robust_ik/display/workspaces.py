@@ -11,8 +11,8 @@ import numpy as np
 from robust_ik.checks.public_arguments import checked
 from robust_ik.display.figures import save_figure
 from robust_ik.errors.safe_text import in_figure
+from robust_ik.robot.workspace_map import WorkspaceMap
 from robust_ik.runtime.output_files import check_figure
-from robust_ik.workspace import WorkspaceMap
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -10,7 +10,7 @@ from typing import Any
 from robust_ik.bounds import Bounds
 from robust_ik.checks import Array
 from robust_ik.errors import InputError
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 
 
 class Limit(abc.ABC):

@@ -20,7 +20,7 @@ from robust_ik.limits.collision_pairs import IgnoredPair, possible_scene, told_s
 from robust_ik.limits.collision_scene import Pair, Scene
 from robust_ik.limits.obstacles import Obstacle
 from robust_ik.limits.srdf import find_srdf, read_srdf
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 
 OURS = " distance"
 """What the causes of these rows end with."""

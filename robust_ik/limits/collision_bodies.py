@@ -12,7 +12,7 @@ from robust_ik.checks import Array
 from robust_ik.description.joint_tree import Description, Mesh, Visual
 from robust_ik.errors import LoadError
 from robust_ik.limits.collision_geometry import Geometry, convex_hull, primitive
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 
 
 @dataclass(frozen=True)
@@ -72,10 +72,7 @@ def link_solids(robot: Robot, bodies: Bodies, links: set[str]) -> Iterator[Solid
 
 
 def _geometry(visual: Visual, description: Description, read: dict[Mesh, Geometry]) -> Geometry:
-    from robust_ik.description.meshes.mesh_files import (  # imports trimesh: only where it is needed
-        UnreadableMeshError,
-        read_vertices,
-    )
+    from robust_ik.description.meshes.mesh_files import UnreadableMeshError, read_vertices
 
     if not isinstance(visual.shape, Mesh):
         return primitive(visual.shape)

@@ -14,7 +14,7 @@ from robust_ik.limits.collision_bodies import Bodies, link_solids
 from robust_ik.limits.collision_scene import Pair, Scene
 from robust_ik.limits.obstacles import Obstacle
 from robust_ik.limits.srdf import Srdf
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 
 SAMPLES = 100
 """Configurations that an obstacle must be near in to count as always near."""

@@ -15,7 +15,7 @@ from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.limits.collision_bodies import Bodies, Solid
 from robust_ik.limits.collision_geometry import Contact, contact, placed, primitive
 from robust_ik.limits.obstacles import Obstacle
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 
 Pair = tuple[str, str]
 FARTHEST = 1e9

@@ -18,7 +18,7 @@ from robust_ik.checks import Array, as_array, checked_cap, checked_parameter, re
 from robust_ik.checks.public_arguments import check_type
 from robust_ik.errors import InputError
 from robust_ik.limits.base import Limit
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 
 GAIN = 20.0
 """How fast a joint uses up the way to its end, 1/s: it is slowed from a twentieth of a second before."""

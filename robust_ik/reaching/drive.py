@@ -20,7 +20,7 @@ from robust_ik.reaching.path import Caps, Path, fitting_speed
 from robust_ik.reaching.plan import Plan, plan, what_turns
 from robust_ik.reaching.space import Space
 from robust_ik.reaching.watch import Noise, Servo, scaled
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 from robust_ik.tasks.base import Drive, Moment, Task
 from robust_ik.tasks.frame import FrameTask
 from robust_ik.tasks.posture import joint_equation

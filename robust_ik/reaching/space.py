@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from robust_ik.checks import Array
 from robust_ik.limits import JointLimits, Limit
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 
 UNHURRIED = 1.0
 """rad/s or m/s: the speed of joints on the way round that have no speed limit, not even one that is not in force."""

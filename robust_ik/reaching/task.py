@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from robust_ik.limits import Limit
 from robust_ik.reaching.drive import ReachDrive, Told
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 from robust_ik.tasks.frame import FrameTask
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from robust_ik.checks import Array
 from robust_ik.inverses.task_equation import TaskEquation
 from robust_ik.kinematics.svd import length
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 
 WINDOW, STEPS = 0.25, 10
 """Seconds over which progress is measured, and the least number of steps."""

@@ -6,8 +6,8 @@ import inspect
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from robust_ik.analysis.evaluation import DulebaMatched
 from robust_ik.errors import InputError, listed, suggest
-from robust_ik.evaluation import DulebaMatched
 from robust_ik.inverses import CLASSES, JParse, RobustInverse
 from robust_ik.inverses.baselines import BASELINES
 from robust_ik.resolvers import (

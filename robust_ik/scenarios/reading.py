@@ -12,10 +12,10 @@ import numpy as np
 from robust_ik.checks import Array, as_array
 from robust_ik.description.toml_bounds import read_toml
 from robust_ik.errors import InputError, LoadError
-from robust_ik.loading import load
 from robust_ik.paths import pose
 from robust_ik.reaching import Reach
-from robust_ik.robot import Robot
+from robust_ik.robot.loading import load
+from robust_ik.robot.robot import Robot
 from robust_ik.runtime.files import read_file
 from robust_ik.scenario import Scenario
 from robust_ik.scenarios.building import method

@@ -15,11 +15,11 @@ from numpy.typing import ArrayLike
 from robust_ik.checks import Array, as_array
 from robust_ik.controller import VelocityController
 from robust_ik.kinematics.svd import svd
-from robust_ik.loading import load
 from robust_ik.paths import Line
 from robust_ik.resolution import Resolution
 from robust_ik.resolvers import Resolver
-from robust_ik.robot import Robot
+from robust_ik.robot.loading import load
+from robust_ik.robot.robot import Robot
 from robust_ik.tasks import Follow
 
 GAIN, DT = 5.0, 0.01

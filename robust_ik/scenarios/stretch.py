@@ -16,8 +16,8 @@ from robust_ik.kinematics.svd import RANK_TOLERANCE, singular_values, svd
 from robust_ik.kinematics.twist_rows import always_deficient, movable_rows
 from robust_ik.limits import JointLimits
 from robust_ik.paths import OutAndBack
-from robust_ik.reach import ArmReach, find_reach
-from robust_ik.robot import Robot
+from robust_ik.robot.reach import ArmReach, find_reach
+from robust_ik.robot.robot import Robot
 from robust_ik.simulation import simulate
 from robust_ik.tasks import Follow, FrameTask
 from robust_ik.trajectory import Trajectory

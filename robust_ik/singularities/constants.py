@@ -11,7 +11,7 @@ from robust_ik.checks import Array
 from robust_ik.errors import TipError
 
 if TYPE_CHECKING:
-    from robust_ik.robot import Robot
+    from robust_ik.robot.robot import Robot
 
 Mask = NDArray[np.bool_]
 

@@ -25,7 +25,7 @@ from robust_ik.singularities.reachable import reachable_rows
 from robust_ik.singularities.straight import straightened
 
 if TYPE_CHECKING:
-    from robust_ik.robot import Robot
+    from robust_ik.robot.robot import Robot
 
 SAME = 1e-9
 """Jacobians that differ by less are of the same arm, m and rad."""

@@ -21,7 +21,7 @@ from robust_ik.kinematics.twist_rows import ROWS, checked_rows
 from robust_ik.singularities.constants import constants, ranges
 
 if TYPE_CHECKING:
-    from robust_ik.robot import Robot
+    from robust_ik.robot.robot import Robot
 
 REFERENCE = "local_world_aligned"
 SIZED, VANISHING = 20, 1e-3

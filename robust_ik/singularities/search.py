@@ -28,7 +28,7 @@ from robust_ik.singularities.work import Tally, Work, work_of
 
 if TYPE_CHECKING:
     from robust_ik.description.dh.dh_table import DHTable
-    from robust_ik.robot import Robot
+    from robust_ik.robot.robot import Robot
 
 STARTS = 1500
 DEFAULT_SEED = 0

@@ -16,7 +16,7 @@ from robust_ik.singularities.constants import axes_at_zero
 from robust_ik.singularities.kinematics import ScrewChain
 
 if TYPE_CHECKING:
-    from robust_ik.robot import Robot
+    from robust_ik.robot.robot import Robot
 
 TOLERANCE = 1e-4
 """Angles this near to a multiple of π/12 are taken to be it, rad."""

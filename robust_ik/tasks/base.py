@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from robust_ik.bounds import Bounds
 from robust_ik.checks import Array, checked_parameter
 from robust_ik.inverses.task_equation import TaskEquation
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 
 if TYPE_CHECKING:
     from robust_ik.limits import Limit

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from robust_ik.checks import Array
 from robust_ik.inverses.task_equation import TaskEquation
 from robust_ik.kinematics.twist_rows import ROWS
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 from robust_ik.tasks.pose_error import error_in_rows
 from robust_ik.tasks.selection import indices, lengths, one_configuration
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from robust_ik.checks import Array, checked_cap, checked_parameter, checked_rigid, readonly
 from robust_ik.errors import InputError
 from robust_ik.inverses.task_equation import TaskEquation
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 from robust_ik.tasks.base import Task
 from robust_ik.tasks.feedback import Feedback, Motion
 from robust_ik.tasks.selection import checked_choice, checked_frame, checked_selection, one_vector, task_rows

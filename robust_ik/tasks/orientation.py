@@ -12,7 +12,7 @@ from robust_ik.checks import Array, as_measures, checked_cap, checked_parameter,
 from robust_ik.errors import InputError
 from robust_ik.inverses.task_equation import TaskEquation
 from robust_ik.kinematics.twist_rows import ROWS
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 from robust_ik.tasks.base import Task
 from robust_ik.tasks.feedback import Feedback, Motion
 from robust_ik.tasks.frame import AXES

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from robust_ik.checks import Array, checked_cap, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.inverses.task_equation import TaskEquation
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 from robust_ik.tasks.base import Task
 from robust_ik.tasks.selection import checked_joints, joint_indices, one_configuration, one_vector
 

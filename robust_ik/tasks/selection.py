@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from robust_ik.checks import Array, as_measures, readonly
 from robust_ik.errors import FrameNotFoundError, InputError, suggest
 from robust_ik.kinematics.twist_rows import ROWS, checked_rows
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 
 
 def one_vector(name: str, value: ArrayLike, length: int | None) -> Array:

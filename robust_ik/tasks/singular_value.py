@@ -13,7 +13,7 @@ from robust_ik.inverses.task_equation import TaskEquation
 from robust_ik.kinematics.singular_value_gradients import singular_value_gradients
 from robust_ik.kinematics.svd import RANK_TOLERANCE, svd
 from robust_ik.kinematics.twist_rows import ROWS
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 from robust_ik.tasks.climbing import ClimbingTask
 
 CLUSTER = 1e-3

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array
 from robust_ik.inverses.task_equation import TaskEquation
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 from robust_ik.tasks.base import Task
 from robust_ik.tasks.selection import (
     checked_choice,

@@ -19,7 +19,8 @@ from pathlib import Path
 import numpy as np
 
 import robust_ik as rik
-from robust_ik import certificates, display, evaluation, inverses, stability
+from robust_ik import certificates, display, inverses
+from robust_ik.analysis import evaluation, stability
 from robust_ik.description.catalog import catalog
 from tests.attack.guards import TooSlowError, within
 

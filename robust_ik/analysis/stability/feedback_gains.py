@@ -10,12 +10,12 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robust_ik.analysis.stability.gain_probe import supremum
 from robust_ik.checks import Array, as_array, checked_parameter
 from robust_ik.checks.public_arguments import computed
 from robust_ik.errors import InputError
 from robust_ik.inverses import SingularValueFilter
 from robust_ik.kinematics.svd import svd
-from robust_ik.stability.probe import supremum
 
 
 @computed

@@ -9,10 +9,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robust_ik.analysis.stability.feedback_gains import positive_gain
 from robust_ik.checks import Array, as_array, checked_parameter
 from robust_ik.checks.public_arguments import computed
 from robust_ik.errors import InputError
-from robust_ik.stability.feedback import positive_gain
 
 
 @computed

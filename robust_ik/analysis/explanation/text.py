@@ -11,7 +11,7 @@ from robust_ik.checks import Array
 from robust_ik.errors.safe_text import visible
 
 if TYPE_CHECKING:
-    from robust_ik.explanation.step import Explanation
+    from robust_ik.analysis.explanation.step import Explanation
 
 HEADERS = ("", "σ", "φ", "asked", "given", "lost", "what", "speed", "share", "task direction", "joint direction")
 WORDS = ("what", "task direction", "joint direction")

@@ -19,10 +19,10 @@ from robust_ik.description.dh.dh_table import DHTable
 from robust_ik.description.joint_tree import Description
 from robust_ik.description.tips import choose_tip
 from robust_ik.description.urdf.urdf_reader import parse_urdf, read_urdf
-from robust_ik.joints import JointMap
 from robust_ik.kinematics.twist_rows import ROWS, checked_rows
-from robust_ik.model import Kinematics, build_model, joints_to_keep
-from robust_ik.pose_inverse import PoseInverse
+from robust_ik.robot.joint_map import JointMap
+from robust_ik.robot.pinocchio_model import Kinematics, build_model, joints_to_keep
+from robust_ik.robot.pose_inverse import PoseInverse
 from robust_ik.runtime.files import checked_folders
 
 LOGGER = logging.getLogger("robust_ik")
@@ -131,9 +131,7 @@ class Robot(PoseInverse):
     @checked
     def from_dh(cls, table: DHTable) -> Self:
         """A robot from a Denavit-Hartenberg table, by way of a URDF; its tip is the link "tool"."""
-        from robust_ik.description.dh.dh_urdf import (
-            dh_to_urdf,  # imports yourdfpy, half a second: only where it is needed
-        )
+        from robust_ik.description.dh.dh_urdf import dh_to_urdf
 
         description = parse_urdf(dh_to_urdf(table), source=f"the URDF of DH table {table.name}")
         robot = cls.from_description(description, "tool", rows=table.rows)

@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array
-from robust_ik.configurations import Configurations
 from robust_ik.description.joint_tree import Description
 from robust_ik.errors import FrameNotFoundError, InputError, TipError, listed, suggest
 from robust_ik.kinematics.chain import Chain
 from robust_ik.kinematics.svd import svd
 from robust_ik.kinematics.twist_rows import ROWS, checked_rows
-from robust_ik.model import Kinematics
+from robust_ik.robot.configurations import Configurations
+from robust_ik.robot.pinocchio_model import Kinematics
 
 if TYPE_CHECKING:
     import pinocchio as pin

@@ -14,7 +14,7 @@ from robust_ik.checks.public_arguments import checked
 from robust_ik.errors import InputError, suggest
 from robust_ik.kinematics.svd import svd
 from robust_ik.kinematics.twist_rows import checked_rows
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 from robust_ik.runtime.parallel import parts, run_pieces, seed_of
 from robust_ik.runtime.progress import Told
 

@@ -4,8 +4,14 @@ The loop is ẋ = K e, q̇ = J# ẋ, q ← q + Δt q̇, for a target at rest and
 that can be reached; `chatter` those that cannot, where the arm stretches towards a singularity and may swing about it.
 """
 
-from robust_ik.stability.chatter import critical_dt, limit_cycle_amplitude, sigma_rate, slope_at_zero, steepest_slope
-from robust_ik.stability.feedback import (
+from robust_ik.analysis.stability.chatter import (
+    critical_dt,
+    limit_cycle_amplitude,
+    sigma_rate,
+    slope_at_zero,
+    steepest_slope,
+)
+from robust_ik.analysis.stability.feedback_gains import (
     conservative_gain,
     decrease_matrix,
     error_factors,
@@ -16,7 +22,7 @@ from robust_ik.stability.feedback import (
     lyapunov_rate,
     projector_leak,
 )
-from robust_ik.stability.unequal_gains import block_gains_are_stable, smallest_eigenvalue_along
+from robust_ik.analysis.stability.unequal_gains import block_gains_are_stable, smallest_eigenvalue_along
 
 __all__ = [
     "block_gains_are_stable",

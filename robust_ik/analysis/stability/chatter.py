@@ -12,13 +12,13 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robust_ik.analysis.stability.gain_probe import gains_at, grid, supremum
 from robust_ik.checks import Array, checked_parameter
 from robust_ik.checks.public_arguments import computed
 from robust_ik.errors import InputError
 from robust_ik.inverses import SingularValueFilter
 from robust_ik.kinematics.singular_value_gradients import singular_value_gradients
 from robust_ik.kinematics.svd import svd
-from robust_ik.stability.probe import gains_at, grid, supremum
 
 REFINEMENTS, PER_REFINEMENT = 6, 41
 

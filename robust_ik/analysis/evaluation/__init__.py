@@ -1,8 +1,12 @@
 """Dułęba's evaluation of singularity-robust inverses: what they change, and how safe that makes. Arrays only."""
 
-from robust_ik.evaluation.determinants import allows_multiplicative_inverse, determinant_excess, fatal_dampings
-from robust_ik.evaluation.matched import DulebaMatched
-from robust_ik.evaluation.modification import (
+from robust_ik.analysis.evaluation.determinants import (
+    allows_multiplicative_inverse,
+    determinant_excess,
+    fatal_dampings,
+)
+from robust_ik.analysis.evaluation.matched_damping import DulebaMatched
+from robust_ik.analysis.evaluation.modification import (
     Comparison,
     compare_damping_and_clamp,
     matching_squared_damping,
@@ -11,7 +15,7 @@ from robust_ik.evaluation.modification import (
     safety_by_clamp,
     safety_by_damping,
 )
-from robust_ik.evaluation.normalisation import normalise
+from robust_ik.analysis.evaluation.normalisation import normalise
 
 __all__ = [
     "Comparison",

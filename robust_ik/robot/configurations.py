@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from robust_ik.checks import Array, as_array, check_leading_axes
 from robust_ik.errors import InputError
-from robust_ik.joints import JointMap
+from robust_ik.robot.joint_map import JointMap
 
 
 class Configurations:

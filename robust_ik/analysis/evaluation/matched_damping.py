@@ -9,9 +9,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robust_ik.analysis.evaluation.modification import matching_squared_damping
 from robust_ik.checks import Array, checked_parameter
 from robust_ik.errors import InputError
-from robust_ik.evaluation.modification import matching_squared_damping
 from robust_ik.inverses.base import Card, SingularValueFilter
 from robust_ik.inverses.pieces import damped_gain
 

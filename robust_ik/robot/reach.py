@@ -8,7 +8,7 @@ import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.errors import TipError
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 
 _SAMPLES, _STARTS, _ITERATIONS = 500, 12, 200
 

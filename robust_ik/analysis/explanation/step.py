@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robust_ik.analysis.explanation.singular_directions import Direction, take_apart
+from robust_ik.analysis.explanation.text import table
 from robust_ik.checks import Array, as_array, as_measures, checked_parameter, readonly
 from robust_ik.checks.public_arguments import checked, computed
 from robust_ik.errors import InputError
-from robust_ik.explanation.directions import Direction, take_apart
-from robust_ik.explanation.text import table
 from robust_ik.inverses import RobustInverse, SingularValueFilter
 from robust_ik.kinematics.svd import RANK_TOLERANCE, condition_number, lost_directions, manipulability, svd
 from robust_ik.kinematics.twist_rows import ROWS

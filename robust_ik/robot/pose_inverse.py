@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array
 from robust_ik.errors import InputError
-from robust_ik.frame_kinematics import FrameKinematics
 from robust_ik.kinematics.chain import Chain
 from robust_ik.kinematics.twist_rows import checked_rows
 from robust_ik.pose_ik import PoseOptions, PoseResult, PoseResults, PoseSolver, wanted_rows
 from robust_ik.pose_ik.size import find_size, is_usual, offsets_of, unit_of
+from robust_ik.robot.frame_kinematics import FrameKinematics
 
 
 class PoseInverse(FrameKinematics):

@@ -14,8 +14,8 @@ from robust_ik.description.joint_tree import Description
 from robust_ik.description.notes import named
 from robust_ik.description.urdf.urdf_reader import fix_joints
 from robust_ik.errors import TipError, UrdfError, listed
-from robust_ik.joints import JointMap
 from robust_ik.kinematics.chain import Chain, axis_frames
+from robust_ik.robot.joint_map import JointMap
 
 MAX_JOINTS = 200
 """Pinocchio's working memory grows with n³: 0.5 GB at 200 joints."""

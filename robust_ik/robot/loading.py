@@ -16,7 +16,7 @@ from robust_ik.description.robot_modules import DescribedRobot, described, of_mo
 from robust_ik.description.urdf.xacro_files import checked_arguments
 from robust_ik.errors import InputError, LoadError, cut
 from robust_ik.kinematics.twist_rows import ROWS
-from robust_ik.robot import Robot
+from robust_ik.robot.robot import Robot
 from robust_ik.runtime.files import checked_folders
 
 URDF_SUFFIXES = (".urdf", ".xacro", ".xml")
