@@ -11,13 +11,13 @@ from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, as_array, checked_parameter, readonly
 from robust_ik.checks.public_arguments import check_type, checked
+from robust_ik.control.limits import Limit
+from robust_ik.control.limits.base import checked_limits
+from robust_ik.control.resolvers import Resolver
+from robust_ik.control.tasks import Stack, Task, checked_stack
 from robust_ik.errors import InputError, suggest
 from robust_ik.inverses import RobustInverse
-from robust_ik.limits import Limit
-from robust_ik.limits.base import checked_limits
-from robust_ik.resolvers import Resolver
 from robust_ik.robot.robot import Robot
-from robust_ik.tasks import Stack, Task, checked_stack
 
 Motion = Stack | Task | Callable[[float], Stack | Task]
 """What is wanted: a stack that stays, or a function from time in seconds to one, such as `Follow(path)`."""

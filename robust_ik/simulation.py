@@ -12,17 +12,17 @@ from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, as_measures, checked_parameter, readonly
 from robust_ik.checks.public_arguments import checked
-from robust_ik.controller import VelocityController
+from robust_ik.control.limits import Limit
+from robust_ik.control.resolution import Resolution
+from robust_ik.control.resolvers import Resolver, TaskPriority
+from robust_ik.control.tasks import FrameTask, Stack, checked_stack, pose_error
+from robust_ik.control.velocity_controller import VelocityController
 from robust_ik.errors import InputError
 from robust_ik.kinematics.svd import length, svd
 from robust_ik.kinematics.twist_rows import ROWS
-from robust_ik.limits import Limit
-from robust_ik.resolution import Resolution
-from robust_ik.resolvers import Resolver, TaskPriority
 from robust_ik.robot.robot import Robot
 from robust_ik.runtime.progress import Told, progress_bar
 from robust_ik.scenario import Method, Motion, Scenario
-from robust_ik.tasks import FrameTask, Stack, checked_stack, pose_error
 from robust_ik.trajectory import Trajectory
 
 MAX_STEPS = 10_000_000

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from robust_ik.checks import Array
 from robust_ik.checks.public_arguments import checked
-from robust_ik.resolution import Status
-from robust_ik.resolvers import Resolver
+from robust_ik.control.resolution import Status
+from robust_ik.control.resolvers import Resolver
 from robust_ik.robot.robot import Robot
 
 

@@ -5,9 +5,9 @@ import itertools
 import numpy as np
 
 import robust_ik as rik
-from robust_ik.bounds import Bounds
+from robust_ik.control.bounds import Bounds
+from robust_ik.control.problem import VelocityProblem
 from robust_ik.inverses.task_equation import TaskEquation
-from robust_ik.problem import VelocityProblem
 
 LIMITERS = [
     rik.Sliding(),

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 import robust_ik as rik
+from robust_ik.control.limits import HalfSpace, Obstacle
 from robust_ik.description.joint_tree import Box
-from robust_ik.limits import HalfSpace, Obstacle
 from tests.cases_resolvers import LIMITERS
 from tests.conftest import moved_start
 

@@ -17,8 +17,8 @@ import numpy as np
 from rich.progress import Progress
 
 import robust_ik as rik
+from robust_ik.control.limits import HalfSpace, Obstacle
 from robust_ik.description.joint_tree import Box, Sphere
-from robust_ik.limits import HalfSpace, Obstacle
 from tests import closed_loop
 from tests.cases_resolvers import RESOLVERS, STRICT
 

@@ -6,12 +6,12 @@ from numpy.testing import assert_allclose
 
 import robust_ik as rik
 from robust_ik.analysis.stability import projector_leak
-from robust_ik.bounds import Bounds
+from robust_ik.control.bounds import Bounds
+from robust_ik.control.problem import VelocityProblem
+from robust_ik.control.resolvers.baselines import LeakingPriority
 from robust_ik.inverses.baselines import BASELINES, SlowDown, StopAtSingularity
 from robust_ik.inverses.task_equation import TaskEquation
 from robust_ik.kinematics.svd import null_projector
-from robust_ik.problem import VelocityProblem
-from robust_ik.resolvers.baselines import LeakingPriority
 from robust_ik.scenarios.building import KNOWN
 from tests.cases_resolvers import named_box
 from tests.test_inverses_contract import SHAPES, jacobians

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 import robust_ik as rik
-from robust_ik.bounds import Bounds
+from robust_ik.control.bounds import Bounds
+from robust_ik.control.limits import CollisionLimit, JointLimits
+from robust_ik.control.problem import VelocityProblem
+from robust_ik.control.resolvers.fitting import Wish
+from robust_ik.control.resolvers.limiters import RISE
+from robust_ik.control.resolvers.motion_cost import PRICE, motion_cost
+from robust_ik.control.resolvers.null_space import Freedom
+from robust_ik.control.resolvers.steadying import steadied
 from robust_ik.inverses.task_equation import TaskEquation
-from robust_ik.limits import CollisionLimit, JointLimits
-from robust_ik.problem import VelocityProblem
-from robust_ik.resolvers.fitting import Wish
-from robust_ik.resolvers.freedom import Freedom
-from robust_ik.resolvers.limiters import RISE
-from robust_ik.resolvers.motion_cost import PRICE, motion_cost
-from robust_ik.resolvers.steadying import steadied
 from tests import closed_loop
 from tests.cases_resolvers import LIMITERS, named_box, random_matrix
 from tests.conftest import moved_start

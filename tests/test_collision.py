@@ -13,13 +13,13 @@ from lxml import etree
 from numpy.testing import assert_allclose
 
 import robust_ik as rik
+from robust_ik.control.limits import CollisionLimit, HalfSpace, Obstacle, collision_geometry, srdf
+from robust_ik.control.limits.collision_geometry import LEAST_THICKNESS, contact, convex_hull, placed, primitive
+from robust_ik.control.limits.srdf import find_srdf, read_srdf
 from robust_ik.description.catalog import find
 from robust_ik.description.joint_tree import Box, Cylinder, Mesh, Sphere
 from robust_ik.description.urdf.urdf_reader import parse_urdf
 from robust_ik.errors import InputError, LoadError, RobotNotFoundError, UrdfError
-from robust_ik.limits import CollisionLimit, HalfSpace, Obstacle, collision_geometry, srdf
-from robust_ik.limits.collision_geometry import LEAST_THICKNESS, contact, convex_hull, placed, primitive
-from robust_ik.limits.srdf import find_srdf, read_srdf
 
 ROBOTS = ("panda", "panda_collision", "ur5", "xarm7", "z1", "talos_arm", "kinova", "so101")
 DT = 0.01

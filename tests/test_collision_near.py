@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import robust_ik as rik
-from robust_ik.limits import CollisionLimit, HalfSpace, Limit, Obstacle
+from robust_ik.control.limits import CollisionLimit, HalfSpace, Limit, Obstacle
 from tests.test_collision import around, planar
 
 RESOLVERS = [

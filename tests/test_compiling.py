@@ -15,8 +15,9 @@ import numpy as np
 import pytest
 
 import robust_ik as rik
-from robust_ik import kernels, warming
+from robust_ik import kernels
 from robust_ik.cli.warmup import warmup as warmup_command
+from robust_ik.control.compiled_step import kernel_warmup as warming
 from robust_ik.kernels.compiler import announcing, compiling
 from robust_ik.kernels.compiler import gain_callbacks as formulas
 from robust_ik.kernels.compiler import kernel_store as store

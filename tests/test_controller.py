@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import robust_ik as rik
-from robust_ik.bounds import Bounds
+from robust_ik.control.bounds import Bounds
 from robust_ik.inverses.task_equation import TaskEquation
 from tests.cases_resolvers import STRICT
 

@@ -10,6 +10,8 @@ import pytest
 import umsgpack
 from numpy.testing import assert_allclose
 
+from robust_ik.control.tasks import Follow
+from robust_ik.control.tasks.target_paths import OutAndBack
 from robust_ik.display import Scene, draw_run, write_html
 from robust_ik.display.chart import Curve, Scale, chart
 from robust_ik.display.frames import Frames
@@ -18,10 +20,8 @@ from robust_ik.display.results import breakable, number
 from robust_ik.display.tracks import LARGEST
 from robust_ik.errors import InputError
 from robust_ik.inverses import DampedLeastSquares, JParse, MoorePenrose
-from robust_ik.paths import OutAndBack
 from robust_ik.robot.robot import Robot
 from robust_ik.simulation import simulate
-from robust_ik.tasks import Follow
 
 EVIL = '</script><script>alert(1)</script>"><img src=http://evil.example/x onerror=alert(1)>'
 ARM = """<robot name={name}><link name="base"/><link name="upper">{visual}</link><link name="tool"/>

@@ -61,8 +61,8 @@ def test_no_public_name_is_hidden_by_a_module_of_that_name():
 
 
 def test_modules_are_attributes_without_an_import_of_their_own():
-    assert after("import robust_ik as rik; rik.resolvers.TaskPriority, rik.certificates.certify, rik.errors.InputError")
-    assert rik.resolvers.TaskPriority is rik.TaskPriority
+    assert after("import robust_ik as rik; rik.inverses.JParse, rik.certificates.certify, rik.errors.InputError")
+    assert rik.inverses.JParse is rik.JParse
 
 
 def test_a_name_that_does_not_exist_is_an_attribute_error_and_no_import_error():

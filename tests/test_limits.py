@@ -5,8 +5,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import robust_ik as rik
-from robust_ik.limits import JointLimits
-from robust_ik.limits.joint import braking_speed
+from robust_ik.control.limits import JointLimits
+from robust_ik.control.limits.joint_limits import braking_speed
 
 PLANAR = rik.load("planar_3r")
 TIMES = [1e-4, 1e-3, 0.01, 0.1, 1.0]

@@ -6,13 +6,13 @@ from numpy.testing import assert_allclose
 from scipy.optimize import linprog
 
 import robust_ik as rik
-from robust_ik.bounds import Bounds
+from robust_ik.control.bounds import Bounds
+from robust_ik.control.problem import VelocityProblem
+from robust_ik.control.resolvers.filtered_motion import filtered_motion
+from robust_ik.control.resolvers.null_space import Freedom
+from robust_ik.control.resolvers.step_status import verdict
 from robust_ik.inverses.task_equation import TaskEquation
 from robust_ik.kinematics.svd import RANK_TOLERANCE
-from robust_ik.problem import VelocityProblem
-from robust_ik.resolvers.filtered import filtered_motion
-from robust_ik.resolvers.freedom import Freedom
-from robust_ik.resolvers.verdict import verdict
 from tests.cases_filters import CASES
 from tests.cases_others import OTHER_CASES
 from tests.cases_resolvers import LIMITERS, named_box, random_matrix

@@ -7,12 +7,12 @@ import pytest
 from numpy.testing import assert_allclose
 
 import robust_ik as rik
-from robust_ik.bounds import Bounds
-from robust_ik.paths import pose
-from robust_ik.reaching.braking import braked
-from robust_ik.reaching.goals import GoalFinder
-from robust_ik.reaching.path import Caps, Path, fitting_speed
-from robust_ik.reaching.space import Space
+from robust_ik.control.bounds import Bounds
+from robust_ik.control.reaching.braking import braked
+from robust_ik.control.reaching.goals import GoalFinder
+from robust_ik.control.reaching.path import Caps, Path, fitting_speed
+from robust_ik.control.reaching.space import Space
+from robust_ik.control.tasks.target_paths import pose
 from robust_ik.scenarios import stretch, with_reach
 from tests.conftest import moved_start
 

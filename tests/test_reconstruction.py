@@ -7,11 +7,11 @@ import pytest
 from numpy.testing import assert_allclose
 
 import robust_ik as rik
-from robust_ik.bounds import Bounds
+from robust_ik.control.bounds import Bounds
+from robust_ik.control.problem import VelocityProblem
+from robust_ik.control.resolvers.null_space import Freedom
+from robust_ik.control.resolvers.task_reconstruction import measure_gradient, smooth
 from robust_ik.inverses.task_equation import TaskEquation
-from robust_ik.problem import VelocityProblem
-from robust_ik.resolvers.freedom import Freedom
-from robust_ik.resolvers.reconstruction import measure_gradient, smooth
 
 BOUND = 0.06
 SINGLE = rik.TaskReconstruction(rik.MoorePenrose(), bound=BOUND)

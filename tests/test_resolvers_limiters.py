@@ -9,15 +9,15 @@ from numpy.testing import assert_allclose
 from scipy.optimize import linprog
 
 import robust_ik as rik
-from robust_ik.bounds import Bounds
+from robust_ik.control.bounds import Bounds
+from robust_ik.control.problem import VelocityProblem
+from robust_ik.control.resolvers import active_set
+from robust_ik.control.resolvers.feasible_start import feasible_start
+from robust_ik.control.resolvers.filtered_motion import filtered_motion
+from robust_ik.control.resolvers.fitting import TURN, Wish
+from robust_ik.control.resolvers.motion_cost import PRICE
+from robust_ik.control.resolvers.null_space import Freedom
 from robust_ik.inverses.task_equation import TaskEquation
-from robust_ik.problem import VelocityProblem
-from robust_ik.resolvers import active_set
-from robust_ik.resolvers.feasible import feasible_start
-from robust_ik.resolvers.filtered import filtered_motion
-from robust_ik.resolvers.fitting import TURN, Wish
-from robust_ik.resolvers.freedom import Freedom
-from robust_ik.resolvers.motion_cost import PRICE
 from tests.cases_resolvers import BOXES, named_box, random_problem
 
 SCALING, SATURATION, SLIDING = rik.Scaling(), rik.Saturation(), rik.Sliding()

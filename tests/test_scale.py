@@ -9,11 +9,11 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import robust_ik as rik
+from robust_ik.control.problem import VelocityProblem
+from robust_ik.control.tasks import Task
+from robust_ik.control.units import Units
 from robust_ik.description.urdf.urdf_reader import parse_urdf
 from robust_ik.inverses.task_equation import TaskEquation
-from robust_ik.problem import VelocityProblem
-from robust_ik.tasks import Task
-from robust_ik.units import Units
 from tests.arms import arm_of
 from tests.arms import ur5 as made_ur5
 

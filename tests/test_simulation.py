@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import robust_ik as rik
-from robust_ik.paths import pose
+from robust_ik.control.tasks.target_paths import pose
 
 DT = 0.02
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import robust_ik as rik
-from robust_ik.bounds import Bounds
-from robust_ik.resolvers import levels
+from robust_ik.control.bounds import Bounds
+from robust_ik.control.resolvers import priority_resolver as levels
 from tests import soak
 
 
@@ -59,7 +59,7 @@ def test_the_soak_finds_a_broken_promise(monkeypatch, promise):
 
 
 def test_the_soak_finds_joints_that_do_not_brake(monkeypatch):
-    monkeypatch.setattr("robust_ik.limits.joint.braking_speed", lambda room, *_: np.full_like(room, 9.0))
+    monkeypatch.setattr("robust_ik.control.limits.joint_limits.braking_speed", lambda room, *_: np.full_like(room, 9.0))
     with pytest.raises(AssertionError, match="^position"):
         soak.soak([rik.load("panda")], 3_000, seed=1)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import robust_ik as rik
-from robust_ik.limits import HalfSpace, Obstacle
+from robust_ik.control.limits import HalfSpace, Obstacle
 
 PANDA = rik.load("panda")
 

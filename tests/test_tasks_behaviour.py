@@ -5,8 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import robust_ik as rik
-from robust_ik.inverses.task_equation import TaskEquation
-from robust_ik.tasks import (
+from robust_ik.control.tasks import (
     DampingTask,
     DirectionTask,
     FrameTask,
@@ -20,6 +19,7 @@ from robust_ik.tasks import (
     Task,
     TwistTask,
 )
+from robust_ik.inverses.task_equation import TaskEquation
 from tests.screws import rotation
 
 

@@ -5,8 +5,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import robust_ik as rik
+from robust_ik.control.tasks import ClimbingTask, ManipulabilityTask, SingularValueTask
 from robust_ik.kinematics import svd as linalg
-from robust_ik.tasks import ClimbingTask, ManipulabilityTask, SingularValueTask
 
 ROBOTS = ["panda", "ur5", "xarm7", "kinova", "so101", "pa10", "planar_3r", "panda+panda_rightfinger"]
 

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import robust_ik as rik
-from robust_ik.tasks import (
+from robust_ik.control.tasks import (
     DampingTask,
     DirectionTask,
     FrameTask,

@@ -7,8 +7,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import robust_ik as rik
-from robust_ik.paths import Keypoints, OutAndBack, pose
-from robust_ik.tasks import Follow, FrameTask, PostureTask, TwistCommand
+from robust_ik.control.tasks import Follow, FrameTask, PostureTask, TwistCommand
+from robust_ik.control.tasks.target_paths import Keypoints, OutAndBack, pose
 from tests.screws import rotation
 
 

@@ -11,12 +11,12 @@ import numpy as np
 
 import robust_ik as rik
 from robust_ik.checks import Array
+from robust_ik.control.resolvers.baselines import LeakingPriority
+from robust_ik.control.tasks import FrameTask, PostureTask, Task
 from robust_ik.inverses import RobustInverse
 from robust_ik.kinematics.twist_rows import ROWS
-from robust_ik.resolvers.baselines import LeakingPriority
 from robust_ik.scenario import Motion, Scenario
 from robust_ik.scenarios import load_scenario
-from robust_ik.tasks import FrameTask, PostureTask, Task
 
 CORRECTIONS = 4
 TINY, COUNT = 1e-12, 5

@@ -7,10 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from robust_ik.analysis.evaluation import DulebaMatched
-from robust_ik.errors import InputError, listed, suggest
-from robust_ik.inverses import CLASSES, JParse, RobustInverse
-from robust_ik.inverses.baselines import BASELINES
-from robust_ik.resolvers import (
+from robust_ik.control.resolvers import (
     DecoupledPriority,
     Limiter,
     QuadraticProgram,
@@ -22,7 +19,10 @@ from robust_ik.resolvers import (
     TaskReconstruction,
     WeightedPriority,
 )
-from robust_ik.resolvers.baselines import LeakingPriority
+from robust_ik.control.resolvers.baselines import LeakingPriority
+from robust_ik.errors import InputError, listed, suggest
+from robust_ik.inverses import CLASSES, JParse, RobustInverse
+from robust_ik.inverses.baselines import BASELINES
 
 RESOLVERS: tuple[type[Resolver | Limiter], ...] = (
     TaskPriority,

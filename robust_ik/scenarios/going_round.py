@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TypeVar
 
+from robust_ik.control.reaching import Reach
+from robust_ik.control.tasks import Follow
 from robust_ik.errors import InputError
-from robust_ik.reaching import Reach
 from robust_ik.scenario import Scenario
 from robust_ik.scenarios.stretch import Stretch
-from robust_ik.tasks import Follow
 
 Given = TypeVar("Given", Scenario, Stretch)
 

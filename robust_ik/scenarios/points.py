@@ -8,11 +8,11 @@ import numpy as np
 
 from robust_ik.analysis.newton_iteration import NewtonResult, newton
 from robust_ik.checks import Array
+from robust_ik.control.tasks import Follow, Task
 from robust_ik.errors import InputError
 from robust_ik.inverses import RobustInverse
 from robust_ik.robot.robot import Robot
 from robust_ik.scenario import Scenario
-from robust_ik.tasks import Follow, Task
 
 Function = Callable[[Array], Array]
 

@@ -10,17 +10,17 @@ from typing import Any
 import numpy as np
 
 from robust_ik.checks import Array, as_array
+from robust_ik.control.reaching import Reach
+from robust_ik.control.tasks import Follow, FrameTask, OrientationTask, PostureTask, Replay, Stack, Task
+from robust_ik.control.tasks.target_paths import pose
 from robust_ik.description.toml_bounds import read_toml
 from robust_ik.errors import InputError, LoadError
-from robust_ik.paths import pose
-from robust_ik.reaching import Reach
 from robust_ik.robot.loading import load
 from robust_ik.robot.robot import Robot
 from robust_ik.runtime.files import read_file
 from robust_ik.scenario import Scenario
 from robust_ik.scenarios.building import method
 from robust_ik.scenarios.targets import Table, target
-from robust_ik.tasks import Follow, FrameTask, OrientationTask, PostureTask, Replay, Stack, Task
 
 LARGEST_FILE = 1_000_000
 

@@ -9,17 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robust_ik.checks import Array
+from robust_ik.control.limits import JointLimits
+from robust_ik.control.tasks import Follow, FrameTask
+from robust_ik.control.tasks.target_paths import OutAndBack
 from robust_ik.description.urdf.urdf_reader import lock_slides
 from robust_ik.errors import TipError
 from robust_ik.inverses import RobustInverse
 from robust_ik.kinematics.svd import RANK_TOLERANCE, singular_values, svd
 from robust_ik.kinematics.twist_rows import always_deficient, movable_rows
-from robust_ik.limits import JointLimits
-from robust_ik.paths import OutAndBack
 from robust_ik.robot.reach import ArmReach, find_reach
 from robust_ik.robot.robot import Robot
 from robust_ik.simulation import simulate
-from robust_ik.tasks import Follow, FrameTask
 from robust_ik.trajectory import Trajectory
 
 BEYOND = 1.1

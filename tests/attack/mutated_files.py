@@ -13,11 +13,11 @@ import trimesh
 
 import robust_ik as rik
 from robust_ik.certificates import certify
+from robust_ik.control.limits.srdf import read_srdf
 from robust_ik.description.dh.dh_toml import read_dh
 from robust_ik.description.joint_tree import Mesh
 from robust_ik.description.meshes.mesh_files import UnreadableMeshError, read_mesh
 from robust_ik.errors import LONGEST_MESSAGE, RobustIKError
-from robust_ik.limits.srdf import read_srdf
 from robust_ik.scenarios.reading import read_scenario
 from robust_ik.singularities import storage
 from tests.attack.guards import WATCH, TooSlowError, within

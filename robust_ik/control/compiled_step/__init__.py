@@ -1,0 +1,1 @@
+"""One velocity step with everything prepared: the stepper and its compiled program."""

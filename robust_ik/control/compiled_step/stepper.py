@@ -1,0 +1,227 @@
+"""Stepper: a control step in one compiled call."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, NoReturn
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robust_ik.checks import Array, as_array
+from robust_ik.checks.public_arguments import check_type
+from robust_ik.control.compiled_step.step_program import Program
+from robust_ik.control.length_scale import chosen_length_scale, in_units
+from robust_ik.errors import InputError
+from robust_ik.inverses import DampedLeastSquares, RobustInverse
+from robust_ik.kernels.step.step_layout import TOO_LARGE, UNLIKE
+from robust_ik.kinematics.twist_rows import checked_rows
+from robust_ik.robot.frame_kinematics import Reference
+from robust_ik.robot.robot import Robot
+
+SIDE_BY_SIDE = 8
+"""Steps that are done at once: threads get whole multiples of it."""
+
+
+class Stepper:
+    """Joint velocities for a twist, as fast as Python can call: kinematics, decomposition and filter compiled together.
+
+    With DampedLeastSquares it takes half a microsecond, with another filter about two, to which a `gains` that is not
+    a GainFormula, written in Python, adds a few more. Any other inverse works too, at the speed of its `solve`. What
+    is compiled is compiled here, never in a step.
+
+    Attributes:
+        robot: Whose tip or frame moves.
+        inverse: What inverts the Jacobian; Weighted is one of them.
+        length_scale: What lengths are told in, m: 1, or for robots much larger or smaller their own size.
+        compiled: Whether a step is one compiled call.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        inverse: RobustInverse | None = None,
+        *,
+        frame: str | None = None,
+        reference: Reference = "local_world_aligned",
+        rows: Sequence[str] | None = None,
+        length_scale: float | None = None,
+    ) -> None:
+        """Prepares the step.
+
+        Args:
+            robot: Any robot.
+            inverse: By default DampedLeastSquares().
+            frame: Link or joint that moves; default the tip.
+            reference: Of the twist; see `Robot.jacobian`.
+            rows: Task rows, of x y z wx wy wz; default the robot's.
+            length_scale: L, m per rad: rows in metres, and joints that slide, are divided by it; default as for
+                `VelocityController`.
+
+        Raises:
+            InputError: The inverse is none, or there is no such reference or row.
+            FrameNotFoundError: There is no such frame.
+        """
+        check_type("robot", robot, "Robot")
+        self.robot = robot
+        self.inverse = DampedLeastSquares() if inverse is None else inverse
+        if not isinstance(self.inverse, RobustInverse):
+            raise InputError(f"inverse must be a RobustInverse, got {inverse!r}")
+        self.length_scale = chosen_length_scale(robot, (self.inverse,), length_scale)
+        chosen = robot.rows if rows is None else checked_rows(rows)
+        self._made_of = (frame, reference, chosen, self.length_scale)
+        scaled = in_units(self.inverse, robot, chosen, self.length_scale)
+        self._program = Program.of(robot.chain(frame), scaled, reference, chosen)
+        self._address, self._setup = self._program.address, int(self._program.addresses.ctypes.data)
+        self._step = self._program.step if self._program.careful else _unlike
+        self._step_beside = self._program.step_beside if self._program.careful else _unlike
+        self.compiled = self._program.compiled
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _again, (self.robot, self.inverse, *self._made_of)
+
+    def __repr__(self) -> str:
+        return f"Stepper({self.robot.name!r}, {self.inverse!r}, rows={' '.join(self._made_of[2])})"
+
+    def step(
+        self, q: ArrayLike, twist: ArrayLike, out: Array | None = None, secondary: ArrayLike | None = None
+    ) -> Array:
+        """Joint velocities that give the tip a twist.
+
+        Args:
+            q: Configuration, (nq,).
+            twist: In the task rows, (m,): m/s and rad/s.
+            out: Where to write q̇, (n,), contiguous doubles; with it, and with q and twist like it, nothing is
+                allocated.
+            secondary: Joint velocities wanted beside the task, (n,): what of them moves the task nowhere is added,
+                (I − V Vᵀ) of them, V of all singular directions; of Weighted in its scaled coordinates.
+
+        Returns:
+            q̇, (n,), rad/s or m/s: `out` where that is given.
+
+        Raises:
+            InputError: Something has the wrong shape or type, or is NaN or infinite.
+        """
+        if out is None:
+            out = np.empty(self._program.n)
+        if secondary is None:
+            status = self._step(self._setup, q, twist, out)
+        else:
+            status = self._step_beside(self._setup, q, twist, secondary, out)
+        if status == UNLIKE:
+            return self._converted(q, twist, out, secondary)
+        if status:
+            self._refuse(status, q, twist, secondary)
+        return out
+
+    def steps(
+        self,
+        q: ArrayLike,
+        twists: ArrayLike,
+        out: Array | None = None,
+        secondary: ArrayLike | None = None,
+        *,
+        threads: int = 1,
+    ) -> Array:
+        """Many independent steps: the same bits as one by one where they are compiled, else the same to rounding.
+
+        Args:
+            q: Configurations, (N, nq).
+            twists: (N, m).
+            out: Where to write, (N, n), contiguous doubles.
+            secondary: As for `step`, (N, n).
+            threads: How many threads share them; compiled code lets others run.
+
+        Returns:
+            q̇, (N, n).
+
+        Raises:
+            InputError: As for `step`.
+        """
+        size = self._program
+        unseen = not size.compiled  # compiled code sees by itself what is not finite
+        q, twists = (
+            as_array(each, name, (length,), finite=unseen)
+            for each, name, length in ((q, "q", size.nq), (twists, "twists", size.m))
+        )
+        if q.ndim != 2 or q.shape[:1] != twists.shape[:-1]:
+            raise InputError(f"q (N, {size.nq}) and twists (N, {size.m}) are needed, got {q.shape} and {twists.shape}")
+        if isinstance(threads, bool) or not isinstance(threads, (int, np.integer)) or threads < 1:
+            raise InputError(f"threads must be a whole number of at least 1, got {threads!r}")
+        if unseen:
+            self.robot.joint_values(q)  # refuses what is no configuration
+        beside = np.empty((0, size.n)) if secondary is None else as_array(secondary, "secondary", (size.n,))
+        if secondary is not None and beside.shape != (len(q), size.n):
+            raise InputError(f"secondary must have shape ({len(q)}, {size.n}), got {beside.shape}")
+        out = np.empty((len(q), size.n)) if out is None else _checked_out(out, (len(q), size.n))
+        overlaps = any(np.may_share_memory(out, each) for each in (q, twists, beside))
+        q, twists, beside = ((np.array if overlaps else np.ascontiguousarray)(each) for each in (q, twists, beside))
+        share = -(-len(q) // (int(threads) * SIDE_BY_SIDE)) * SIDE_BY_SIDE
+        parts = [slice(begin, begin + share) for begin in range(0, len(q), max(share, 1))]
+
+        def some(part: slice) -> int:
+            return size.steps(self._address, q[part], twists[part], beside[part], out[part])
+
+        with ThreadPoolExecutor(max(len(parts) - 1, 1)) as pool:  # which starts no thread that it does not need
+            others = pool.map(some, parts[1:])
+            found = [some(part) for part in parts[:1]] + list(others)
+        if any(found):
+            if TOO_LARGE not in found:
+                as_array(twists, "twists", (size.m,))
+            self._refuse(max(found), q, twists, None if secondary is None else beside)
+        return out
+
+    def _converted(self, q: ArrayLike, twist: ArrayLike, out: Array, secondary: ArrayLike | None) -> Array:
+        """A step from what are no contiguous doubles, or not alike."""
+        size = self._program
+        self.robot.joint_values(q)
+        given = [as_array(q, "q", (size.nq,)), as_array(twist, "twist", (size.m,))]
+        if secondary is not None:
+            given.append(as_array(secondary, "secondary", (size.n,)))
+        for name, array in zip(("q", "twist", "secondary"), given):
+            if array.ndim != 1:
+                raise InputError(f"step takes one {name}, got shape {array.shape}; steps takes many")
+        _checked_out(out, (size.n,))
+        given = [np.array(each, dtype=float) for each in given]
+        make = size.step if secondary is None else size.step_beside
+        status = make(self._setup, *given, out.view(np.ndarray))
+        if status:
+            self._refuse(status, given[0], given[1], secondary)
+        return out
+
+    def _refuse(self, status: int, q: ArrayLike, twist: ArrayLike, secondary: ArrayLike | None) -> NoReturn:
+        """Says why a step was not made."""
+        if status != TOO_LARGE:  # else these may have been written over
+            self.robot.joint_values(q)
+            as_array(twist, "twist", (self._program.m,))
+        elif secondary is not None:
+            as_array(secondary, "secondary", (self._program.n,))
+        raise InputError(NO_NUMBERS)
+
+
+NO_NUMBERS = "the joint velocities are too large to be numbers; out has no meaning"
+
+
+def _unlike(*_: Any) -> int:
+    """Takes nothing as it is."""
+    return UNLIKE
+
+
+def _again(
+    robot: Robot,
+    inverse: RobustInverse,
+    frame: str | None,
+    reference: Reference,
+    rows: Sequence[str],
+    length_scale: float,
+) -> Stepper:
+    return Stepper(robot, inverse, frame=frame, reference=reference, rows=rows, length_scale=length_scale)
+
+
+def _checked_out(out: Array, shape: tuple[int, ...]) -> Array:
+    good = isinstance(out, np.ndarray) and out.dtype == np.float64 and out.shape == shape
+    if not (good and out.flags.carray):
+        what = f"{out.dtype} of shape {out.shape}" if isinstance(out, np.ndarray) else repr(out)
+        raise InputError(f"out must be a writable, contiguous, aligned array of doubles of shape {shape}, got {what}")
+    return out

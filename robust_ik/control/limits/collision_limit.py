@@ -1,0 +1,245 @@
+"""Distances to itself and to obstacles as limits of joint velocities."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robust_ik.checks import Array, as_array, checked_parameter, readonly
+from robust_ik.checks.public_arguments import checked, checked_but
+from robust_ik.control.bounds import Bounds
+from robust_ik.control.limits.base import Limit
+from robust_ik.control.limits.collision_geometry import Contact
+from robust_ik.control.limits.collision_pairs import IgnoredPair, possible_scene, told_scene
+from robust_ik.control.limits.collision_scene import Pair, Scene
+from robust_ik.control.limits.obstacles import Obstacle
+from robust_ik.control.limits.srdf import find_srdf, read_srdf
+from robust_ik.errors import InputError
+from robust_ik.robot.robot import Robot
+
+OURS = " distance"
+"""What the causes of these rows end with."""
+LEAST_ROW = 1e-6
+"""m per rad: where joints change a distance by less, they do not change it."""
+NEARER = 1e-7
+"""m; distances that fall by less do not fall: rounding."""
+OVER = 1.25
+"""What is asked for more where a step bends, as a multiple of what it came too near."""
+RECOVERY_JOINT_SPEED = 0.5
+"""rad/s or m/s: on the way out of a collision no joint has to be faster than this, or half its speed limit."""
+
+
+@dataclass(frozen=True, eq=False)
+class PairDistance:
+    """How far two things are from each other.
+
+    Attributes:
+        names: Two links, or a link and an obstacle.
+        distance: m; negative where they are inside each other: how far one must be shifted to be free.
+        point_a: The point of the first that is nearest, or deepest inside the second, (3,), m, in the world.
+        point_b: The same of the second.
+    """
+
+    names: Pair
+    distance: float
+    point_a: Array
+    point_b: Array
+
+    def __post_init__(self) -> None:
+        for name in ("point_a", "point_b"):
+            object.__setattr__(self, name, readonly(getattr(self, name)))
+
+
+@dataclass(frozen=True, eq=False)
+class CollisionLimit(Limit):
+    """Keeps links from each other and from obstacles. `CollisionLimit.of(robot, obstacles=...)` makes it.
+
+    A velocity damper for every two convex solids that are nearer than `influence`:
+
+        ḋ ≥ −gain (d − distance),  gain ≤ 1/dt;   and ḋ ≥ recovery_speed is enough inside `distance`,
+
+    so that, to first order, no step uses up more than what is left, and what is too near comes apart at a bounded
+    speed and never goes further in. With ḋ = nᵀ (J_b − J_a) q̇ at the nearest points a and b, n from a to b.
+
+    What bends within a step, and nearest points that jump, are of second order. So `tightened` looks where a step ends:
+    if a pair would be nearer than `distance` and nearer than before, a controller asks for more speed apart, and at
+    last for less speed in all. Only where stronger limits forbid that too does a pair come nearer; the resolution
+    then names it among its contradictions.
+
+    Shapes are the robot's collision shapes, or its visuals if it has no collision shapes at all. Meshes are taken as
+    their convex hulls: what is hollow, such as an open gripper, is full. Where a nearest point jumps (parallel faces),
+    the row jumps, but not the distance.
+
+    Source: Faverjon & Tournassoud 1987 (velocity damper): ḋ ≥ −ξ (d − d_s)/(d_i − d_s), with gain = ξ/(d_i − d_s).
+
+    Attributes:
+        pairs: What is kept apart.
+        ignored: What is not, and why. Links that no joint moves relative to one another are in neither.
+        distance: The least distance, m.
+        influence: From where on distances act, m.
+        gain: Of what is left, the share that may be used up in a second, 1/s.
+        recovery_speed: How fast what is too near has to part, m/s.
+        joint_names: The joints of the robot that it is for.
+    """
+
+    pairs: tuple[Pair, ...]
+    ignored: tuple[IgnoredPair, ...]
+    distance: float
+    influence: float
+    gain: float
+    recovery_speed: float
+    joint_names: tuple[str, ...]
+    _scene: Scene
+    _reach: Array
+
+    @classmethod
+    @checked_but("obstacles", "pairs")
+    def of(
+        cls,
+        robot: Robot,
+        *,
+        obstacles: Iterable[Obstacle] = (),
+        srdf: str | Path | None = None,
+        pairs: Iterable[Sequence[str]] | None = None,
+        distance: float = 0.02,
+        influence: float = 0.1,
+        gain: float = 10.0,
+        recovery_speed: float = 0.1,
+    ) -> Self:
+        """For all pairs that could meet, or for given ones.
+
+        Left out are pairs that an SRDF disables; without one, links with a single joint between them, also where
+        others are rigidly attached to them; links that are nearer than `distance` when the robot is at rest; and
+        obstacles that a link is always nearer to than that, such as the table that it stands on. See `ignored`.
+
+        Args:
+            robot: The robot.
+            obstacles: What stands around it.
+            srdf: An SRDF file; default the one beside the robot's URDF, see `find_srdf`.
+            pairs: Pairs of links, or of a link and an obstacle, to keep apart, and no others.
+            distance: The least distance, m.
+            influence: From where on distances act, m.
+            gain: Of what is left, the share that may be used up in a second, 1/s; at most 1/dt has effect.
+            recovery_speed: How fast what is too near has to part, m/s.
+
+        Raises:
+            InputError: A parameter or an obstacle cannot be meant, or a pair does not exist.
+            LoadError: The SRDF or a mesh cannot be read.
+            UrdfError: The SRDF is broken or for another robot.
+        """
+        distance = checked_parameter("distance", distance, least=0)
+        influence = checked_parameter("influence", influence, above=distance)
+        gain = checked_parameter("gain", gain, above=0)
+        recovery_speed = checked_parameter("recovery_speed", recovery_speed, above=0)
+        standing = _checked_obstacles(robot, obstacles)
+        if pairs is not None:
+            scene, chosen = told_scene(robot, standing, pairs)
+            ignored: list[IgnoredPair] = []
+        else:
+            disabled = find_srdf(robot) if srdf is None else read_srdf(srdf)
+            scene, chosen, ignored = possible_scene(robot, standing, disabled, distance)
+        return cls(
+            pairs=tuple(chosen),
+            ignored=tuple(ignored),
+            distance=distance,
+            influence=influence,
+            gain=gain,
+            recovery_speed=recovery_speed,
+            joint_names=robot.joint_names,
+            _scene=scene,
+            _reach=readonly(np.minimum(robot.velocity_limit / 2, RECOVERY_JOINT_SPEED)),
+        )
+
+    def bounds(self, robot: Robot, q: Array, previous: Array, dt: float) -> Bounds:  # noqa: ARG002
+        """A row for every two solids that are nearer than `influence`; see `Limit.bounds`."""
+        self._check(robot)
+        contacts = self._scene.contacts(robot, q, within=self.influence)
+        rows = self._scene.rows(robot, q, contacts)
+        spare = np.array([there.distance for _, there in contacts]) - self.distance
+        fastest = np.minimum(self.recovery_speed, np.abs(rows) @ self._reach)
+        floor = np.minimum(fastest, -min(self.gain, 1 / dt) * spare)
+        # What no joint can change must not contradict what joints can.
+        size = np.linalg.norm(rows, axis=1)
+        kept = np.flatnonzero((size > LEAST_ROW) & np.isfinite(size))
+        return Bounds.of_rows(rows[kept], floor[kept], tuple(self._cause(contacts[index][0]) for index in kept))
+
+    def tightened(self, robot: Robot, q: Array, qdot: Array, dt: float, bounds: Bounds) -> Bounds | None:
+        """Higher floors for pairs that the step brings nearer though they are too near, or too near; else None."""
+        if not self._may_bend(robot, q, qdot, dt, bounds):
+            return None
+        before = dict(self._scene.contacts(robot, q, within=self.influence))
+        after = dict(self._scene.contacts(robot, robot.integrate(q, dt * qdot), within=self.distance))
+        short: dict[str, float] = {}
+        for index, there in after.items():
+            missing = min(before[index].distance if index in before else np.inf, self.distance) - there.distance
+            if missing > NEARER:
+                cause = self._cause(index)
+                short[cause] = max(missing, short.get(cause, 0.0))
+        if not short:
+            return None
+        rate = bounds.rows @ qdot
+        more = np.array([OVER * short[cause] / dt if cause in short else -np.inf for cause in bounds.row_cause])
+        return replace(bounds, floor=np.maximum(bounds.floor, rate + more))
+
+    def spare(self, robot: Robot, q: Array, within: float) -> dict[int, float]:
+        """How far pairs of solids are from being too near; see `Limit.spare`."""
+        self._check(robot)
+        contacts = self._scene.contacts(robot, q, within=self.distance + within)
+        return {index: there.distance - self.distance for index, there in contacts}
+
+    def _may_bend(self, robot: Robot, q: Array, qdot: Array, dt: float, bounds: Bounds) -> bool:
+        """Whether something is too near, or so near that a step could make it so."""
+        ours = np.array([cause.endswith(OURS) for cause in bounds.row_cause], dtype=bool)
+        if not ours.any():
+            return False
+        spare = -bounds.floor[ours] / min(self.gain, 1 / dt)  # what is too near has a floor ≥ 0
+        turned = dt * float(np.abs(qdot).sum())
+        frames = [robot.pose(q, self._scene.bodies.frames[body])[:3, 3] for body in self._scene.moving]
+        length = max(float(np.linalg.norm(a - b)) for a in frames for b in (np.zeros(3), *frames))
+        return bool((spare + dt * (bounds.rows[ours] @ qdot) < turned * turned * length).any())
+
+    def _cause(self, pair: int) -> str:
+        return " - ".join(self._scene.names(pair)) + OURS
+
+    @checked
+    def distances(self, robot: Robot, q: ArrayLike) -> list[PairDistance]:
+        """How far every pair is apart, however far, nearest first.
+
+        Args:
+            robot: The robot.
+            q: Configuration, (nq,).
+        """
+        self._check(robot)
+        q = as_array(q, "q", (robot.nq,))
+        if q.ndim != 1:
+            raise InputError(f"q must be one configuration of shape ({robot.nq},), got {q.shape}")
+        nearest: dict[Pair, Contact] = {}
+        for index, there in self._scene.contacts(robot, q):
+            names = self._scene.names(index)
+            if names not in nearest or there.distance < nearest[names].distance:
+                nearest[names] = there
+        found = [PairDistance(names, each.distance, each.point_a, each.point_b) for names, each in nearest.items()]
+        return sorted(found, key=lambda each: each.distance)
+
+    def _check(self, robot: Robot) -> None:
+        if self.joint_names != robot.joint_names:
+            ours, theirs = ", ".join(self.joint_names), ", ".join(robot.joint_names)
+            raise InputError(f"these limits are for {ours}, {robot.name} has {theirs}")
+
+
+def _checked_obstacles(robot: Robot, obstacles: Iterable[Obstacle]) -> tuple[Obstacle, ...]:
+    single = not isinstance(obstacles, Iterable) or getattr(obstacles, "ndim", 1) == 0
+    standing: tuple[Any, ...] = (obstacles,) if single else tuple(obstacles)
+    taken = set(robot.description.links)
+    for each in standing:
+        if not isinstance(each, Obstacle):
+            raise InputError(f"obstacles must be Obstacle(name, shape, placement), got {each!r}")
+        if each.name in taken:
+            raise InputError(f"two obstacles, or an obstacle and a link of {robot.name}, are called {each.name!r}")
+        taken.add(each.name)
+    return standing

@@ -1,0 +1,86 @@
+"""How fast a tool still gets once its joints brake: acceleration limits do not let them stop where a cap is met."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from robust_ik.checks import Array
+from robust_ik.control.reaching.path import FINE, Caps
+from robust_ik.control.reaching.space import Space
+
+MOST_SAMPLES = 40
+"""Of one braking."""
+LATER = 0.99
+"""Of a cap, the share that is kept to while braking: between samples, and a step later, it may be a little more."""
+
+
+def braking_ratio(space: Space, caps: Caps, q: Array, qdot: Array, dt: float) -> float:
+    """The greatest speed of the tool, of its cap, in this step and while its joints brake from it to rest.
+
+    From a velocity with a ratio of at most 1 the braking of `braked` is a motion that keeps the caps.
+
+    Args:
+        space: The robot, its frame and its limits.
+        caps: Of the tool.
+        q: Configuration, (nq,).
+        qdot: Joint velocities of this step, (n,).
+        dt: Length of a step, s.
+
+    Returns:
+        At most 1 where the caps are kept; sampled every FINE rad or m of the joint that goes furthest.
+    """
+    moving = np.zeros_like(qdot)
+    moving[space.joints] = qdot[space.joints]
+    x = space.values(q)
+    gone, speeds = braked(space, x, moving, dt)
+    J = space.robot.chain(space.frame).jacobians(space.robot.configuration(x + gone), "local_world_aligned")
+    twists = (J @ speeds[..., None])[..., 0]
+    with np.errstate(divide="ignore"):
+        ratios = 1.0 / caps.share(twists)
+    return max(float(ratios[0]), float(ratios[1:].max(initial=0.0)) / LATER)
+
+
+def braked(space: Space, x: Array, qdot: Array, dt: float) -> tuple[Array, Array]:
+    """How joints brake together, keeping their ratios, but for those that must brake harder before their limits.
+
+    Together they go on along a straight line, as quickly to rest as the one that needs longest. A joint whose limit is
+    nearer than that goes on likewise until only its full acceleration stops it in time.
+
+    Args:
+        space: Limits of positions and accelerations.
+        x: Joint values, (n,).
+        qdot: Joint velocities, (n,), that they have for one more step; zero where a joint does not count.
+        dt: Length of a step, s.
+
+    Returns:
+        How far the joints have gone, (k, n), and their velocities there, (k, n); the first is now.
+    """
+    gain = min(space.gain, 1.0 / dt)
+    speed, hardest = np.abs(qdot), np.where(np.isfinite(space.acceleration), space.acceleration, 1e9)
+    whole = max(float((speed / hardest).max()), 1e-9)  # s to rest
+    rate = speed / whole
+    count = min(MOST_SAMPLES, 2 + math.ceil(0.5 * whole * float(speed.max()) / FINE))
+    share = 1.0 - np.sqrt(1.0 - np.linspace(0.0, 1.0, count)[:-1])  # of that time: as much way between any two
+    time = share[:, None] * whole
+    whole_room = np.where(qdot > 0, space.upper - x, x - space.lower)
+    slow = np.minimum(speed, hardest / gain)  # from here on it comes to rest by its gain, which takes longer
+    room = whole_room - (slow / gain - 0.5 * slow**2 / hardest) - dt * speed
+    stop = 0.5 * speed * whole
+    with np.errstate(divide="ignore", invalid="ignore"):
+        turn = (hardest * np.maximum(room, 0.0) - rate * stop) / (hardest - rate)  # where both curves meet
+    turn = np.where(room < stop, np.clip(turn, 0.0, stop), np.inf)
+    fast = np.sqrt(np.maximum(speed**2 - 2 * rate * np.where(np.isfinite(turn), turn, 0.0), 0.0))
+    met = np.where(np.isfinite(turn), (speed - fast) / np.maximum(rate, 1e-300), np.inf)
+    after = np.clip(time - np.where(np.isfinite(met), met, 0.0), 0.0, fast / hardest)
+    late = time > met
+    velocity = np.where(late, fast - hardest * after, speed - rate * time)
+    way = np.where(
+        late,
+        np.where(np.isfinite(turn), turn, 0.0) + fast * after - 0.5 * hardest * after**2,
+        speed * time - 0.5 * rate * time**2,
+    )
+    way = np.minimum(way + 0.5 * dt * speed * share[:, None], np.maximum(whole_room, 0.0))  # in steps it is longer
+    velocity[1:] = np.minimum(velocity, gain * (whole_room - way))[1:]  # which is slower at the very end
+    return np.sign(qdot) * way, np.sign(qdot) * np.maximum(velocity, 0.0)

@@ -1,0 +1,83 @@
+"""From where a robot is to one of the configurations that reach a pose: the quickest way that is found."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from dataclasses import dataclass
+
+import numpy as np
+
+from robust_ik.checks import Array
+from robust_ik.control.reaching.goals import GoalFinder
+from robust_ik.control.reaching.path import Caps, Path
+from robust_ik.control.reaching.search import Search
+from robust_ik.control.reaching.space import Space
+from robust_ik.control.tasks.frame import FrameTask
+
+SHOULDER, WRIST = 0.25, 0.66
+"""Of the length of a chain, where its shoulder ends and its wrist begins."""
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A way, and what is reached by it.
+
+    Attributes:
+        path: The way; None where none was found.
+        error: How far the pose at its end is from the target, m and rad; zero where it is reached.
+    """
+
+    path: Path | None
+    error: tuple[float, float]
+
+    @property
+    def reaches(self) -> bool:
+        """Whether it leads to the target itself."""
+        return self.error == (0.0, 0.0)
+
+
+def plan(space: Space, finder: GoalFinder, task: FrameTask, x: Array) -> Generator[None, None, Plan]:
+    """Looks for a way from x, (n,), in pieces; then returns it."""
+    goals, caps = finder.all(task, x), Caps.of(task, space)
+    straight: list[tuple[float, int, Path]] = []
+    for goal in goals.points:
+        path = Path(space, np.stack([x, goal]), caps)
+        straight.append((path.duration, len(straight), path))
+        yield
+    paths = [path for _, _, path in sorted(straight, key=lambda each: each[:2])]
+    if not space.watching:
+        return Plan(paths[0], goals.error)
+    found = yield from _past_obstacles(space, paths, x)
+    return Plan(found, goals.error)
+
+
+def _past_obstacles(space: Space, paths: list[Path], x: Array) -> Generator[None, None, Path | None]:
+    """The first straight way that is free; else one that a search finds."""
+    search = Search(space, x, np.array([path.goal for path in paths]))
+    free = yield from search.free_goals()
+    open_paths = [path for path, is_free in zip(paths, free) if is_free]
+    for path in open_paths:
+        if (yield from search.is_free(x, path.goal)):
+            return path
+    if not open_paths:
+        return None
+    points = yield from search.connect(np.array([path.goal for path in open_paths]))
+    if points is None:
+        return None
+    points = yield from search.shortened(points)
+    return Path(space, points, paths[0].caps)
+
+
+def what_turns(path: Path) -> str:
+    """The part of the arm that a way turns most, and the joint."""
+    space = path.space
+    joint = int(np.argmax(np.abs(np.diff(path.points, axis=0)).sum(axis=0)))
+    name = space.robot.joint_names[joint]
+    chain = space.robot.chain(space.frame)
+    along = np.cumsum(np.linalg.norm(np.concatenate([0 * chain.origins[:1], chain.origins[1:]]), axis=1))
+    length = along[-1] + float(np.linalg.norm(chain.tip[:3, 3]))
+    places = along[chain.column == joint]
+    if space.robot.sliding[joint] or length <= 0 or not len(places):
+        return name
+    share = places[0] / length
+    return f"{'shoulder' if share < SHOULDER else 'wrist' if share > WRIST else 'elbow'} ({name})"

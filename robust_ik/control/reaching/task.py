@@ -1,0 +1,64 @@
+"""Bring a frame to a pose, and get there: straight while that leads on, else round by another way."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from robust_ik.control.limits import Limit
+from robust_ik.control.reaching.drive import ReachDrive, Told
+from robust_ik.control.tasks.frame import FrameTask
+from robust_ik.robot.robot import Robot
+
+
+@dataclass(frozen=True, eq=False)
+class Reach(FrameTask):
+    """Bring a frame to a target pose, whatever limits and branches stand in the straight way.
+
+    It is a `FrameTask` while that leads on. Where the straight way ends, in joint limits, an obstacle, or a branch that
+    does not contain the target, a controller that is given it stops and looks for a way: through joint space to one of
+    the target's solutions, within the joint limits, the caps on the tool's speed and the collision limits of the
+    controller; then it goes it, and servoes again. A target out of reach is waited for at the closest pose.
+
+    What was found out belongs to the controller, which begins anew with `VelocityController.reset`, and goes on where a
+    later step has another target in the same place of the stack. Without a controller it is a `FrameTask`.
+
+    While it goes round, joints that move its frame are not free for lower levels.
+
+    Attributes:
+        target: See `FrameTask`, as for all others. The tool is moved no faster than gain · max_linear and
+            gain · max_angular, on the way round too.
+
+    Example:
+        >>> import numpy as np
+        >>> import robust_ik as rik
+        >>> robot = rik.load("ur5")
+        >>> target = robot.pose(robot.configuration([0.5, -2.2, -1.9, -0.9, 1.2, 0.3]))
+        >>> reach = rik.Reach(target, gain=5.0, max_linear=0.1, max_angular=0.3)
+        >>> controller, q = rik.VelocityController(robot), robot.rest
+        >>> for _ in range(2000):
+        ...     q = robot.integrate(q, 0.01 * controller.step(q, reach, 0.01).qdot)
+        >>> reach.state
+        'arrived'
+    """
+
+    _told: Told = field(default_factory=Told, init=False, repr=False)
+
+    @property
+    def state(self) -> str:
+        """What it does, as of the last step that it was part of.
+
+        "not begun", "servoing", "planning", "going round: elbow (joint3)", "arrived", "out of reach by 12 mm: waiting
+        there", "out of reach: waiting" or "no way there is free: waiting".
+        """
+        return self._told.text
+
+    def begin(self, robot: Robot, limits: Sequence[Limit]) -> ReachDrive | None:
+        """See `Task.begin`.
+
+        Raises:
+            InputError: More joints move the frame than `Robot.solve_pose` can take.
+        """
+        if not robot.chain(self.frame).factor.any():
+            return None  # nothing moves it, by no way
+        return ReachDrive(robot, limits, self)

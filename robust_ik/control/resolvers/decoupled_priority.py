@@ -1,0 +1,33 @@
+"""Task priority without algorithmic singularities, at the price of the lower levels' accuracy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from robust_ik.checks import Array
+from robust_ik.control.resolvers.filtered_motion import filtered_motion
+from robust_ik.control.resolvers.null_space import Freedom
+from robust_ik.control.resolvers.priority_resolver import PriorityResolver, Settled
+
+
+@dataclass(frozen=True)
+class DecoupledPriority(PriorityResolver):
+    """q̇ᵢ = q̇ᵢ₋₁ + Nᵢ₋₁ Jᵢ# ẋᵢ: each level inverts its own Jacobian, then the null space of those before cuts it.
+
+    The first level makes up for what limits force on it, as in `TaskPriority`.
+
+    No algorithmic singularity can make it fast: ‖Nᵢ₋₁ Jᵢ# ẋᵢ‖ ≤ ‖Jᵢ# ẋᵢ‖. But a level's task is met only where
+    Jᵢ Nᵢ₋₁ Jᵢ# = I on what it wants and the levels before do not move it, as when rows of J are orthogonal.
+
+    Source: Chiaverini 1997, singularity-robust task-priority redundancy resolution.
+    """
+
+    source: ClassVar[str] = "Chiaverini 1997"
+
+    def motion(self, settled: Settled) -> Array:
+        """J# ẋ; see `PriorityResolver.motion`, which drops what is outside the freedom."""
+        equation = settled.equation
+        own = Freedom.whole(len(settled.qdot))
+        wanted = settled.missing if settled.index == 0 else equation.xdot  # limits may have moved joints already
+        return filtered_motion(settled.inverse, own.reduce(equation.J), equation, wanted, own)

@@ -1,0 +1,158 @@
+"""How one level's motion is fitted into the bounds, without touching higher levels.
+
+A limiter gets the motion that the level's inverse wants. It may change only what the level leaves free, or give the
+level less; it never uses what higher levels need.
+"""
+
+from __future__ import annotations
+
+import abc
+from dataclasses import dataclass, replace
+
+from robust_ik.checks import Array
+from robust_ik.checks.public_arguments import check_type
+from robust_ik.control.resolvers.bounded_qp import check_backend, share_of
+from robust_ik.control.resolvers.fitting import Wish, directed, nearest, slowed, within_speeds
+
+RISE = 0.5
+"""How long the share of a level that was stopped takes from nothing to all, s."""
+
+
+class Limiter(abc.ABC):
+    """A way to fit a level's motion into the bounds."""
+
+    @property
+    def stops(self) -> bool:
+        """Whether one joint at its end may stop a level as a whole; its share then rises slowly in a run."""
+        return False
+
+    @abc.abstractmethod
+    def limit(self, wish: Wish) -> tuple[Array, float]:
+        """The motion that the level gets, (n,), and the share of its wish that this is, in [0, 1]."""
+
+
+@dataclass(frozen=True)
+class Sliding(Limiter):
+    """Where joints are too fast, the whole motion slower; where others stop it, their help, then aside.
+
+    Speed limits keep the direction and the joints' ratios, as for `Scaling`. At position limits and obstacles other
+    joints take over, as for `Saturation`; of what is left of the wish then the nearest motion is made, as for
+    `QuadraticProgram`: the arm slides along its limits, where limiters that keep the direction stop.
+    """
+
+    def limit(self, wish: Wish) -> tuple[Array, float]:
+        """See `Limiter.limit`."""
+        scaled, share = slowed(wish)
+        if share == 1:
+            return scaled, share
+        motion = within_speeds(wish)
+        if wish.bounds.largest_step(wish.qdot, motion) == 1:
+            return motion, share
+        kept, share = directed(replace(wish, motion=motion))
+        if share == 1:
+            return kept, share_of(wish.reduced.matrix @ wish.motion, wish.reduced.matrix @ kept)
+        aside = nearest(replace(wish, qdot=wish.qdot + kept), (1 - share) * motion)[0]
+        change = kept + aside
+        return change, share_of(wish.reduced.matrix @ wish.motion, wish.reduced.matrix @ change)
+
+
+@dataclass(frozen=True)
+class QuadraticProgram(Limiter):
+    """The motion inside the bounds that is nearest to the filtered one, in the metric of `motion_cost`.
+
+    Minimises ½ (q̇' − q̇)ᵀ H (q̇' − q̇) over the level's freedom, where q̇ is what the level's robust inverse wants, slower
+    as a whole where a joint would be too fast: so any inverse works inside limits, and where limits do not act, its
+    motion is what comes out. H weighs what the level gets, and prices all motion: that keeps the loop calm, and may
+    cost the level a part of its wish where other joints could take over in full, as they do for `Sliding`. Levels one
+    after another make it strict (lexicographic).
+
+    Attributes:
+        keep_direction: Ask instead for the largest share of the motion without turning it, as `Saturation` does.
+        backend: A solver that qpsolvers knows; "daqp" comes with this package.
+
+    Source: Escande, Mansard, Wieber 2014 (hierarchical quadratic programming), on the filtered task.
+    """
+
+    keep_direction: bool = False
+    backend: str = "daqp"
+
+    def __post_init__(self) -> None:
+        check_backend(self.backend)
+        check_type("keep_direction", self.keep_direction, "bool")
+
+    @property
+    def stops(self) -> bool:
+        """Where it keeps the direction."""
+        return self.keep_direction
+
+    def limit(self, wish: Wish) -> tuple[Array, float]:
+        """See `Limiter.limit`."""
+        scaled, share = slowed(wish)
+        if share == 1:
+            return scaled, share
+        if self.keep_direction:
+            return directed(wish, self.backend)
+        return nearest(wish, within_speeds(wish), self.backend)
+
+
+@dataclass(frozen=True)
+class Saturation(Limiter):
+    """Saturation in the null space: joints at their bounds stay there, and the level's other joints take over.
+
+    The direction is kept, but for at most TURN of the wish. Where joints run out, or where their help would cost more
+    motion than the progress is worth, the level is slowed. It is the optimum of saturating joint after joint, with a
+    price on help: a primal active-set method without a solver's overhead, a few passes with a small QR factorisation
+    each.
+
+    Source: Flacco, De Luca, Khatib 2015 (SNS), with rows of any kind as bounds and the level's filtered motion as task.
+    """
+
+    @property
+    def stops(self) -> bool:
+        """Yes."""
+        return True
+
+    def limit(self, wish: Wish) -> tuple[Array, float]:
+        """See `Limiter.limit`."""
+        scaled, share = slowed(wish)
+        return (scaled, share) if share == 1 else directed(wish)
+
+
+@dataclass(frozen=True)
+class Scaling(Limiter):
+    """The whole motion slower, as much as the tightest bound asks. Keeps the direction; uses no redundancy."""
+
+    @property
+    def stops(self) -> bool:
+        """Yes."""
+        return True
+
+    def limit(self, wish: Wish) -> tuple[Array, float]:
+        """See `Limiter.limit`."""
+        return slowed(wish)
+
+
+class Eased(Limiter):
+    """Another limiter's motion, slower for a moment after limits have slowed it.
+
+    A limiter that keeps the direction lets a joint at its end stop all others as soon as it is asked to go on, by ever
+    so little. Noise of what is measured then asks it every few steps, and the arm would start and stop for ever.
+
+    Attributes:
+        limiter: The other one.
+        share: What it gave last.
+    """
+
+    def __init__(self, limiter: Limiter, dt: float) -> None:
+        self.limiter = limiter
+        self.share = 1.0
+        self._rise = dt / RISE
+
+    def limit(self, wish: Wish) -> tuple[Array, float]:
+        """See `Limiter.limit`."""
+        change, share = self.limiter.limit(wish)
+        most = self.share + self._rise
+        if share > most:
+            change, share = change * (most / share), most
+        self.share = share
+        return change, share

@@ -1,0 +1,41 @@
+"""How far a level may go along each direction in one step so that it does not overshoot, whatever its inverse.
+
+Along a direction with singular value σ an inverse with gain φ asks for φ u·ẋ. In a step the Jacobian turns: what the
+level sees along that direction changes by up to Δt ‖ẋ‖ σ₁ φ/σ of itself: |ẋ·∂J| along a unit motion twice is below
+‖ẋ‖ σ₁ on the eight arms in space of a test, and below twice that on a planar one, which may overshoot when folded.
+Where the change is more than twice the whole, the arm goes back and forth about the place where it should rest, above
+all at the end of its reach. So steady motion has φ ≤ 2 σ/(Δt ‖ẋ‖ σ₁), which is to say
+
+    Δt |v·q̇| ≤ 2 (σ/σ₁) |u·ẋ|/‖ẋ‖,
+
+in rad, and for joints that slide in lengths of the controller's scale. Noise and lag may still shake what is steady.
+This leaves an exact inverse as it is where σ² ≥ ½ Δt ‖ẋ‖ σ₁, and J-PARSE everywhere where γ² ≥ ½ Δt ‖ẋ‖/σ₁:
+fast motion in long steps has wide margins around singularities, slow motion near a target hardly any.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robust_ik.checks import Array
+from robust_ik.control.resolvers.null_space import Reduced
+from robust_ik.kinematics.svd import length
+
+
+def steadied(motion: Array, reduced: Reduced, wanted: Array, dt: float) -> Array:
+    """A level's motion, (n,), shorter along directions in which it would overshoot; the same array where none is.
+
+    Args:
+        motion: What the level's inverse wants.
+        reduced: The level's Jacobian in what is left to it.
+        wanted: ẋ, what is missing for the level, (m,).
+        dt: Length of a step, s.
+    """
+    rank, size = reduced.rank, length(wanted)
+    if rank == 0 or size == 0.0 or dt == 0.0:
+        return motion
+    along = reduced.motions @ motion
+    most = 2.0 / dt * (reduced.s[:rank] / reduced.sigma_max) * np.abs(wanted / size @ reduced.U[:, :rank])
+    if (np.abs(along) <= most * (1 + 1e-12)).all():
+        return motion
+    return np.asarray(motion + (np.clip(along, -most, most) - along) @ reduced.motions)

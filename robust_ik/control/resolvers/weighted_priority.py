@@ -1,0 +1,113 @@
+"""All levels at once, weighted against each other: soft priorities."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import ClassVar
+
+import numpy as np
+
+from robust_ik.checks import Array, checked_parameter
+from robust_ik.checks.public_arguments import check_type
+from robust_ik.control.problem import VelocityProblem
+from robust_ik.control.resolution import Resolution
+from robust_ik.control.resolvers.base import InverseResolver
+from robust_ik.control.resolvers.bounded_qp import REGULARISATION, check_backend, share_of, solve_within
+from robust_ik.control.resolvers.feasible_start import feasible_start
+from robust_ik.control.resolvers.filtered_motion import filtered_motion
+from robust_ik.control.resolvers.motion_cost import motion_cost
+from robust_ik.control.resolvers.null_space import Freedom
+from robust_ik.control.resolvers.steadying import steadied
+from robust_ik.control.resolvers.step_status import reductions, verdict
+from robust_ik.errors import InputError
+from robust_ik.kinematics.svd import length
+
+
+@dataclass(frozen=True)
+class WeightedPriority(InverseResolver):
+    """Minimises Σᵢ wᵢ ‖Jᵢ q̇ − Jᵢ Jᵢ# ẋᵢ‖² within the bounds: levels trade off against each other.
+
+    Each level is filtered by its robust inverse # first, so that none asks for what a singularity takes away. Lower
+    levels do disturb higher ones, by about the ratio of their weights: take `TaskPriority` where they must not.
+
+    Attributes:
+        inverse: The robust inverse of every level, or a sequence of them, the last one serving all further levels.
+        weights: Weight of every level, > 0; the last two go on as a geometric row: (1, 1e-3) weighs the third 1e-6.
+        backend: A solver that qpsolvers knows; "daqp" comes with this package.
+        steady: Whether a level asks for no more in a step than it can have without overshooting, see `steadying`.
+    """
+
+    source: ClassVar[str] = "Escande-Mansard-Wieber 2014, the weighted case, on filtered tasks"
+    weights: Sequence[float] = (1.0, 1e-3)
+    backend: str = "daqp"
+    steady: bool = field(default=False, kw_only=True)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        given = self.weights if isinstance(self.weights, (list, tuple)) else ()
+        if not given:
+            raise InputError(f"weights must be one number > 0 for each level, got {self.weights!r}")
+        object.__setattr__(self, "weights", tuple(checked_parameter("weights", each, above=0) for each in given))
+        check_backend(self.backend)
+        check_type("steady", self.steady, "bool")
+
+    def weight_of(self, level: int) -> float:
+        """The weight of a level, from 0."""
+        beyond = level - len(self.weights) + 1
+        if beyond <= 0:
+            return self.weights[level]
+        ratio = self.weights[-1] / self.weights[-2] if len(self.weights) > 1 else 1.0
+        return float(self.weights[-1] * ratio**beyond)
+
+    def resolve(self, problem: VelocityProblem) -> Resolution:
+        """See `Resolver.resolve`."""
+        start, bounds = feasible_start(problem.bounds)
+        problem = replace(problem, bounds=bounds)
+        rows, wanted = self._weighted(problem)
+        hessian = rows.T @ rows
+        hessian += (REGULARISATION * max(float(np.trace(hessian)), LEAST)) * np.eye(len(start))
+        free = np.linalg.solve(hessian, rows.T @ wanted).astype(float)
+        if bounds.contains(free, 0.0):
+            return verdict(problem, free, [1.0] * len(problem.levels), reductions(problem))
+        metric = self._metric(problem)
+        change = solve_within(metric, metric @ (start - free), np.eye(len(start)), bounds, start, self.backend)
+        qdot = np.clip(start + change, bounds.lower, bounds.upper)
+        return verdict(
+            problem, qdot, [share_of(each.J @ free, each.J @ qdot) for each in problem.levels], reductions(problem)
+        )
+
+    def _metric(self, problem: VelocityProblem) -> Array:
+        """What motions cost, (n, n), over the largest price: Σᵢ wᵢ Hᵢ, and what is no level's as much as its cheapest.
+
+        As `motion_cost` for each level, so that joints which limits stop do not make the others go forth and back.
+        """
+        n = len(problem.bounds.lower)
+        whole, metric, largest = Freedom.whole(n), np.zeros((n, n)), 0.0
+        for level, equation in enumerate(problem.levels):
+            reduced = whole.reduce(equation.J)
+            cost = motion_cost(reduced, problem.dt * length(equation.xdot))
+            size = self.weight_of(level) * reduced.own[0] ** 2
+            moving = cost.directions[:, : cost.rank]
+            metric += size * (moving * cost.weights[: cost.rank]) @ moving.T
+            largest = max(largest, size * cost.floor)
+        metric += (largest or 1.0) * np.eye(n)
+        return np.asarray(metric / np.abs(metric).max())
+
+    def _weighted(self, problem: VelocityProblem) -> tuple[Array, Array]:
+        """All levels as one, each filtered, every row times the root of its level's weight."""
+        whole = Freedom.whole(len(problem.bounds.lower))
+        rows, wanted = [], []
+        for level, equation in enumerate(problem.levels):
+            reduced = whole.reduce(equation.J)
+            motion = filtered_motion(self.inverse_of(level), reduced, equation, equation.xdot, whole)
+            if self.steady:
+                motion = steadied(motion, reduced, equation.xdot, problem.dt)
+            root = np.sqrt(self.weight_of(level))
+            rows.append(root * equation.J)
+            wanted.append(root * (equation.J @ motion))
+        return np.concatenate(rows), np.concatenate(wanted)
+
+
+LEAST = 1e-12
+"""What the regularisation is measured by where nothing is asked."""

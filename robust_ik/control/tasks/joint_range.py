@@ -1,0 +1,62 @@
+"""Keep joints out of the outer parts of their ranges, as a lower level: a redundant arm then meets limits later."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robust_ik.checks import checked_cap, checked_parameter
+from robust_ik.control.tasks.base import Task
+from robust_ik.control.tasks.posture import joint_equation
+from robust_ik.control.tasks.task_arguments import checked_joints, joint_indices, one_configuration
+from robust_ik.inverses.task_equation import TaskEquation
+from robust_ik.robot.robot import Robot
+
+
+@dataclass(frozen=True, eq=False)
+class JointRangeTask(Task):
+    """Bring joints that are near an end of their range back: ẋ = cap(gain · (nearest value of the inner range − q)).
+
+    One row per joint, J of unit rows. The inner range lies between lower + margin · range and upper − margin · range.
+    A joint inside it asks for nothing, and so do joints that have not two finite ends. As a level below a tool's task
+    it uses what freedom is left: a redundant arm then meets its limits later, and reaches more
+    (`docs/closed_loop.md`); an arm that is not redundant has no such freedom. The Hessian is zero.
+
+    Attributes:
+        margin: The share of a joint's range on either side that it is kept out of, in (0, 0.5).
+        gain: Proportional gain, 1/s.
+        max_speed: Cap on the speed of every joint, rad/s or m/s.
+        joints: The joints it is about; default all.
+        weight: See `Task`.
+
+    Source: Liégeois 1977, the gradient of a distance from joint limits projected into the null space; here it is zero
+    in the inner range.
+    """
+
+    margin: float = 0.3
+    gain: float = 1.0
+    max_speed: float = math.inf
+    joints: tuple[str, ...] | None = field(default=None, kw_only=True)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self._store(
+            margin=checked_parameter("margin", self.margin, above=0, below=0.5),
+            gain=checked_parameter("gain", self.gain, above=0),
+            max_speed=checked_cap("max_speed", self.max_speed),
+            joints=checked_joints(self.joints),
+        )
+
+    def equation(self, robot: Robot, q: ArrayLike, *, hessian: bool = False) -> TaskEquation:
+        """J q̇ = ẋ at q; see `Task.equation`."""
+        kept = joint_indices(robot, self.joints)
+        values, lower, upper = robot.joint_values(one_configuration(q))[kept], robot.lower[kept], robot.upper[kept]
+        ends = np.isfinite(lower) & np.isfinite(upper)
+        edge = self.margin * np.where(ends, upper - lower, 0.0)
+        inner = np.clip(values, np.where(ends, lower + edge, -np.inf), np.where(ends, upper - edge, np.inf))
+        error = inner - values
+        xdot = np.clip(self.gain * error, -self.max_speed, self.max_speed)
+        return joint_equation(robot, kept, xdot, error, hessian=hessian, weight=self.weight)

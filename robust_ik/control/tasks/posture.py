@@ -1,0 +1,68 @@
+"""Bring joints to a configuration, mostly as a lower level: what to do with redundancy."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from robust_ik.checks import Array, checked_cap, checked_parameter
+from robust_ik.control.tasks.base import Task
+from robust_ik.control.tasks.task_arguments import checked_joints, joint_indices, one_configuration, one_vector
+from robust_ik.errors import InputError
+from robust_ik.inverses.task_equation import TaskEquation
+from robust_ik.robot.robot import Robot
+
+
+@dataclass(frozen=True, eq=False)
+class PostureTask(Task):
+    """Bring the joints to a configuration: ẋ = cap(gain · (target − q)), one row per joint, J of unit rows.
+
+    Continuous joints go the short way round. The Hessian is zero.
+
+    Attributes:
+        target: Configuration, (nq,), such as `robot.rest`.
+        gain: Proportional gain, 1/s.
+        max_speed: Cap on the speed of every joint, rad/s or m/s.
+        joints: The joints it is about; default all.
+        weight: See `Task`.
+
+    Source: J-PARSE, eq. (54) and section VIII-B.
+    """
+
+    target: Array
+    gain: float = 1.0
+    max_speed: float = math.inf
+    joints: tuple[str, ...] | None = field(default=None, kw_only=True)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self._store(
+            target=one_vector("target", self.target, None),
+            gain=checked_parameter("gain", self.gain, above=0),
+            max_speed=checked_cap("max_speed", self.max_speed),
+            joints=checked_joints(self.joints),
+        )
+
+    def equation(self, robot: Robot, q: ArrayLike, *, hessian: bool = False) -> TaskEquation:
+        """J q̇ = ẋ at q; see `Task.equation`."""
+        if self.target.size != robot.nq:
+            raise InputError(
+                f"target must be one configuration of {robot.name}, ({robot.nq},), got shape {self.target.shape}; "
+                f"Robot.configuration makes one from joint values, JointTask takes some joints only"
+            )
+        kept = joint_indices(robot, self.joints)
+        one_configuration(q)
+        error = robot.difference(q, self.target)[kept]
+        xdot = np.clip(self.gain * error, -self.max_speed, self.max_speed)
+        return joint_equation(robot, kept, xdot, error, hessian=hessian, weight=self.weight)
+
+
+def joint_equation(
+    robot: Robot, kept: NDArray[np.intp], xdot: Array, error: Array, *, hessian: bool, weight: float
+) -> TaskEquation:
+    """The rows q̇_i = ẋ_i of some joints."""
+    H = np.zeros((len(kept), robot.n, robot.n)) if hessian else None
+    return TaskEquation(np.eye(robot.n)[kept], xdot, error, H, weight, robot.sliding[kept])

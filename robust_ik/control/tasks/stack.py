@@ -1,0 +1,49 @@
+"""Stacks: tasks in order of importance."""
+
+from __future__ import annotations
+
+import reprlib
+from collections.abc import Sequence
+
+from robust_ik.control.tasks.base import Task
+from robust_ik.errors import InputError
+
+Stack = Sequence[Sequence[Task]]
+"""A list of levels, the most important first, each a list of the tasks that share it."""
+
+
+def checked_levels(name: str, levels: object) -> tuple[tuple[Task, ...], ...]:
+    """Levels of tasks as tuples, possibly none.
+
+    Args:
+        name: What to call them in the message.
+        levels: What was given.
+
+    Raises:
+        InputError: They are no list of lists of tasks; the message says what is not.
+    """
+    if not isinstance(levels, (list, tuple)):
+        shown = reprlib.repr(levels)
+        raise InputError(f"{name} must be a list of levels, each a list of tasks, such as [[task]], got {shown}")
+    for level in levels:
+        if not isinstance(level, (list, tuple)) or not level:
+            shown = reprlib.repr(level)
+            raise InputError(f"a level of {name} must be a list of tasks, at least one, such as [task], got {shown}")
+        for task in level:
+            if not isinstance(task, Task):
+                raise InputError(f"{name} must hold tasks, got {reprlib.repr(task)}")
+    return tuple(tuple(level) for level in levels)
+
+
+def checked_stack(stack: Stack | Task) -> tuple[tuple[Task, ...], ...]:
+    """At least one level; one task stands for a stack of its own.
+
+    Raises:
+        InputError: As for `checked_levels`, or there is no level.
+    """
+    if isinstance(stack, Task):
+        return ((stack,),)
+    levels = checked_levels("a stack", stack)
+    if not levels:
+        raise InputError("a stack must have at least one level, such as [[task]], got none")
+    return levels

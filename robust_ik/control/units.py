@@ -1,0 +1,83 @@
+"""Levels and bounds in an arm's own unit of length, where metres beside radians would say little. Arrays only.
+
+Inverses and resolvers compare rows of metres with rows of radians: thresholds relative to σ₁, damping, ranks. That is
+sensible for arms of about a metre. Lengths of all others are divided by a length scale L on their way in: rows in
+metres by L, joints that slide by L, and what comes out is multiplied.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robust_ik.checks import Array, readonly
+from robust_ik.control.bounds import Bounds
+from robust_ik.control.problem import VelocityProblem
+from robust_ik.control.resolution import Resolution
+from robust_ik.inverses.task_equation import TaskEquation
+
+
+@dataclass(frozen=True, eq=False)
+class Units:
+    """A unit of length in the place of the metre.
+
+    Attributes:
+        length: L, m.
+        slides: Which joints slide, (n,).
+    """
+
+    length: float
+    slides: NDArray[np.bool_]
+
+    @property
+    def joints(self) -> Array:
+        """The units of the joints, (n,)."""
+        return np.where(self.slides, self.length, 1.0)
+
+    def of_rows(self, equation: TaskEquation) -> Array:
+        """The units of an equation's rows, (m,)."""
+        return np.ones(len(equation.xdot)) if equation.lengths is None else np.where(equation.lengths, self.length, 1.0)
+
+    def problem(self, given: VelocityProblem) -> VelocityProblem:
+        """What a resolver is told."""
+        if self.length == 1.0:
+            return given
+        return replace(
+            given, levels=tuple(self._equation(each) for each in given.levels), bounds=self._bounds(given.bounds)
+        )
+
+    def resolution(self, given: VelocityProblem, found: Resolution) -> Resolution:
+        """What it answers, in metres, but for singular values, which stay in these units."""
+        if self.length == 1.0:
+            return found
+        levels = tuple(
+            replace(level, residual=level.residual * self.of_rows(equation))
+            for level, equation in zip(found.levels, given.levels)
+        )
+        return replace(found, qdot=readonly(found.qdot * self.joints), levels=levels)
+
+    def _equation(self, given: TaskEquation) -> TaskEquation:
+        rows, joints, H = self.of_rows(given), self.joints, given.hessian
+        return replace(
+            given,
+            J=given.J / rows[:, None] * joints,
+            xdot=given.xdot / rows,
+            error=given.error / rows,
+            hessian=None if H is None else H / rows[:, None, None] * joints[:, None] * joints,
+        )
+
+    def _bounds(self, given: Bounds) -> Bounds:
+        """Rows are of distances: in this unit too."""
+        joints, hurried = self.joints, given.unhurried
+        return replace(
+            given,
+            lower=given.lower / joints,
+            upper=given.upper / joints,
+            rows=given.rows * joints / self.length,
+            floor=given.floor / self.length,
+            unhurried=None if hurried is None else (hurried[0] / joints, hurried[1] / joints),
+            last=None if given.last is None else given.last / joints,
+            fastest=None if given.fastest is None else given.fastest / joints,
+        )

@@ -1,0 +1,289 @@
+"""One control step: from a stack of tasks at q to joint velocities within limits."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from robust_ik.checks import Array, as_measures, checked_parameter
+from robust_ik.control.bounds import CONTRADICTION, Bounds
+from robust_ik.control.length_scale import chosen_length_scale
+from robust_ik.control.limits import JointLimits, Limit
+from robust_ik.control.limits.base import checked_limits
+from robust_ik.control.problem import VelocityProblem
+from robust_ik.control.resolution import Resolution
+from robust_ik.control.resolvers import Resolver, TaskPriority
+from robust_ik.control.resolvers.base import InverseResolver
+from robust_ik.control.resolvers.step_status import reductions, verdict
+from robust_ik.control.tasks import Stack, Task, checked_stack
+from robust_ik.control.tasks.base import Drive, Moment
+from robust_ik.control.units import Units
+from robust_ik.errors import InputError
+from robust_ik.inverses import JParse, RobustInverse
+from robust_ik.inverses.task_equation import TaskEquation, stacked
+from robust_ik.robot.robot import Robot
+
+ATTEMPTS = 4
+"""How often a step is resolved until limits hold at its end."""
+SHARES = (0.5, 0.25, 0.1, 0.03, 0.01, 0.0)
+"""How much of its speed is left to a step that no resolving makes keep its limits."""
+
+GAMMA = 0.01
+"""γ of the J-PARSE of a controller that is told nothing; `benchmarks/default_inverse.py` measures others beside it.
+
+A larger γ, such as the paper's 0.1, creeps near singular configurations; a smaller one is faster there.
+"""
+
+SLOWER = 20
+"""How often a step is made slower that its tasks do not allow."""
+
+SAME = 1e-4
+"""Of the largest velocity, what a step must be made slower by to go on with that."""
+
+HALVINGS = 8
+"""Between a step that its tasks do not allow and braking."""
+
+TINY = 1e-300
+"""In place of dividing by zero."""
+
+
+class VelocityController:
+    """Turns a stack of tasks into joint velocities that respect limits, step after step.
+
+    A controller is one run: it remembers the velocities it gave, for acceleration limits, and what its inverses
+    remember. `reset` begins a new run.
+
+    Attributes:
+        robot: The robot.
+        resolver: What resolves levels and bounds.
+        limits: What is respected, the strongest first.
+        length_scale: What a resolver is told lengths in, m: 1, or for robots much larger or smaller their own size.
+        qdot: The joint velocities of the last step, (n,); at rest before the first.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        resolver: Resolver | RobustInverse | None = None,
+        limits: Sequence[Limit] | Limit | None = None,
+        *,
+        length_scale: float | None = None,
+    ) -> None:
+        """A controller at rest.
+
+        Args:
+            robot: The robot.
+            resolver: A resolver; an inverse stands for `TaskPriority` with it; default
+                `TaskPriority(JParse(gamma=0.01), steady=True)`.
+            limits: Limits; where they contradict each other, the first wins. Default the robot's own position and
+                speed limits, `JointLimits.of(robot)`; () for none.
+            length_scale: L, m per rad: rows in metres, and joints that slide, are divided by it before they are
+                resolved. Default `robot.length_scale`, 1 m for robots of usual size; 1 where an inverse has weights of
+                rows or a length scale of its own.
+
+        Raises:
+            InputError: Something is of another kind.
+        """
+        if not isinstance(robot, Robot):
+            raise InputError(f"robot must be a Robot, as rik.load gives it, got {robot!r}")
+        self.robot = robot
+        self.resolver = as_resolver(resolver)
+        self.limits = (JointLimits.of(robot),) if limits is None else checked_limits(limits)
+        self._watching = [limit for limit in self.limits if type(limit).tightened is not Limit.tightened]
+        inverses = self.resolver.inverses if isinstance(self.resolver, InverseResolver) else ()
+        self.length_scale = chosen_length_scale(robot, inverses, length_scale)
+        self._units = Units(self.length_scale, robot.sliding)
+        self.reset()
+
+    def reset(self, qdot: ArrayLike | None = None) -> None:
+        """Begins a new run.
+
+        Args:
+            qdot: Joint velocities that the robot has now, (n,); default at rest.
+        """
+        start = np.zeros(self.robot.n) if qdot is None else as_measures(qdot, "qdot", (self.robot.n,))
+        if start.ndim != 1:
+            raise InputError(f"qdot must be the velocities of one configuration, got shape {start.shape}")
+        self.qdot = start.copy()
+        self._driver: Resolver | None = None
+        self._drives: dict[tuple[int, int], Drive] = {}
+
+    def step(self, q: ArrayLike, stack: Stack | Task, dt: float) -> Resolution:
+        """Joint velocities for the step from q.
+
+        Args:
+            q: Configuration, (nq,).
+            stack: Levels of tasks, the most important first; one task stands for [[task]].
+            dt: Length of the step, s.
+
+        Returns:
+            Velocities, (n,), what each level got of what it wants, and the limits that act. That limits contradict each
+            other is a status, not an error.
+
+        Raises:
+            InputError: q is not one finite configuration, the stack is no list of lists of tasks, dt is not > 0.
+            FrameNotFoundError: A task names a frame that the robot does not have.
+        """
+        q = as_measures(q, "q", ())
+        if q.ndim != 1:
+            raise InputError(f"a step takes one configuration, (nq,), got shape {q.shape}")
+        dt = checked_parameter("dt", dt, above=0)
+        if self._driver is None:
+            self._driver = self.resolver.begin(dt)
+        problem = self._problem(q, checked_stack(stack), dt)
+        resolution = self._within_shares(q, problem, self._resolved(q, problem, dt))
+        self.qdot = resolution.qdot
+        return resolution
+
+    def _resolved(self, q: Array, problem: VelocityProblem, dt: float) -> Resolution:
+        """The resolution; where the step in full would break a limit, one that does not."""
+        begun = self._driver or self.resolver
+        remembers = begun is not self.resolver  # what is tried and dropped must not be remembered
+        tried, found = problem, None
+        for _ in range(ATTEMPTS):
+            self._driver = copy.deepcopy(begun) if remembers and self._watching else begun
+            latest = self._units.resolution(tried, self._driver.resolve(self._units.problem(tried)))
+            if found is not None and len(latest.contradictions) > len(found.contradictions):
+                break  # no more can be asked for
+            found = latest
+            tighter = self._tightened(q, found.qdot, dt, tried.bounds)
+            if tighter is None:
+                return found
+            tried = replace(problem, bounds=tighter)
+        return self._slowed(q, problem, found or latest, dt)
+
+    def _within_shares(self, q: Array, problem: VelocityProblem, found: Resolution) -> Resolution:
+        """The part of the motion that drives allow, as far as bounds let it be slower."""
+        qdot, bounds, kept, share = found.qdot, problem.bounds, 1.0, self._share(q, found.qdot)
+        for _ in range(SLOWER):  # joints that acceleration limits hold cannot be slower: then the others are
+            slower = np.clip(share * qdot, bounds.lower, bounds.upper)
+            held = bounds.last is not None and np.abs(slower - qdot).max() <= SAME * np.abs(qdot).max()
+            if share >= 1 or held or not bounds.contains(slower):
+                break
+            qdot, kept = slower, share * kept
+            share = self._share(q, qdot)
+        if share < 1 and bounds.last is not None:
+            braked = self._nearer_to_braking(q, bounds, bounds.last, qdot)
+            better = bounds.contains(braked) and self._share(q, braked) > share
+            if better and self._tightened(q, braked, problem.dt, bounds) is None:
+                kept *= float(np.clip(braked @ qdot / max(float(qdot @ qdot), TINY), 0.0, 1.0))
+                qdot = braked
+        if qdot is found.qdot:
+            return found
+        return self._verdict(problem, qdot, kept * found.scale, found, np.zeros(len(bounds.floor), dtype=bool))
+
+    def _share(self, q: Array, qdot: Array) -> float:
+        """The least share of a motion that drives allow."""
+        return min((drive.share(q, qdot) for drive in self._drives.values()), default=1.0)
+
+    def _nearer_to_braking(self, q: Array, bounds: Bounds, last: Array, qdot: Array) -> Array:
+        """A motion, (n,), that drives allow, as near to a wanted one as may be on the way to it from braking.
+
+        All brake together, keeping their ratios, as hard as acceleration limits let the slowest of them; where that
+        is too slow for a joint's other limits, it brakes harder. If drives do not allow that either, it is the answer.
+        """
+        lower, upper = bounds.unhurried or (bounds.lower, bounds.upper)
+        held = (last != 0.0) & (lower <= 0.0) & (upper >= 0.0)  # by acceleration alone, not to come back to its limits
+        slowest = np.clip(0.0, bounds.lower, bounds.upper)[held] / last[held]
+        braking = np.clip(np.max(np.clip(slowest, 0.0, 1.0), initial=0.0) * last, bounds.lower, bounds.upper)
+        least, most = 0.0, 1.0
+        for _ in range(HALVINGS):
+            middle = 0.5 * (least + most)
+            allowed = self._share(q, braking + middle * (qdot - braking)) >= 1
+            least, most = (middle, most) if allowed else (least, middle)
+        return np.asarray(braking + least * (qdot - braking))
+
+    def _tightened(self, q: Array, qdot: Array, dt: float, bounds: Bounds) -> Bounds | None:
+        """What a limit asks for more, if one does."""
+        for limit in self._watching:
+            tighter = limit.tightened(self.robot, q, qdot, dt, bounds)
+            if tighter is not None:
+                return tighter
+        return None
+
+    def _slowed(self, q: Array, problem: VelocityProblem, found: Resolution, dt: float) -> Resolution:
+        """The fastest part of the motion that keeps all limits; if there is none, the motion, and what it breaks."""
+        bounds = problem.bounds
+        broken = np.zeros(len(bounds.floor), dtype=bool)
+        for share in SHARES:
+            qdot = np.clip(share * found.qdot, bounds.lower, bounds.upper)
+            tighter = self._tightened(q, qdot, dt, bounds)
+            if tighter is None:
+                missed = bounds.rows @ qdot < bounds.floor - CONTRADICTION
+                return self._verdict(problem, qdot, share * found.scale, found, missed)
+            broken = tighter.floor > bounds.floor
+        return self._verdict(problem, found.qdot, found.scale, found, broken)
+
+    def _verdict(
+        self, problem: VelocityProblem, qdot: Array, scales: Array, found: Resolution, yielded: NDArray[np.bool_]
+    ) -> Resolution:
+        """What came of a step in whose place another one was found; rows that had to yield are named."""
+        names = [*found.contradictions, *(cause for cause, yields in zip(problem.bounds.row_cause, yielded) if yields)]
+        bounds = replace(problem.bounds, contradictions=tuple(dict.fromkeys(names)))
+        problem = replace(problem, bounds=bounds)
+        told = self._units.problem(problem)
+        answer = verdict(told, qdot / self._units.joints, scales.tolist(), reductions(told))
+        return self._units.resolution(problem, answer)
+
+    def _problem(self, q: Array, stack: Stack, dt: float) -> VelocityProblem:
+        bounds = Bounds.free(self.robot.n)
+        for limit in reversed(self.limits):
+            bounds = bounds.within(limit.bounds(self.robot, q, self.qdot, dt))
+        drives, self._drives = self._drives, {}  # those of tasks that are not asked for any more end
+        for place in ((i, j) for i, level in enumerate(stack) for j in range(len(level))):
+            task, drive = stack[place[0]][place[1]], drives.get(place)
+            drive = drive if drive is not None and drive.continues(task) else task.begin(self.robot, self.limits)
+            if drive is not None:
+                self._drives[place] = drive
+        levels = tuple(
+            stacked([self._equation((i, j), task, q, Moment(bounds, self.qdot, dt)) for j, task in enumerate(level)])
+            for i, level in enumerate(stack)
+        )
+        return VelocityProblem(levels, bounds, dt)
+
+    def _equation(self, place: tuple[int, int], task: Task, q: Array, moment: Moment) -> TaskEquation:
+        """What the task at a place of the stack gives, by way of its drive if it has one."""
+        hessian, drive = self.resolver.needs_hessian, self._drives.get(place)
+        if drive is None:
+            return _checked(task, task.equation(self.robot, q, hessian=hessian), self.robot)
+        return _checked(task, drive.equation(task, q, moment, hessian=hessian), self.robot)
+
+
+def as_resolver(given: Resolver | RobustInverse | None) -> Resolver:
+    """A resolver, `TaskPriority` with an inverse, or the default.
+
+    Raises:
+        InputError: It is neither.
+    """
+    if given is None:
+        return TaskPriority(JParse(gamma=GAMMA), steady=True)
+    if isinstance(given, RobustInverse):
+        return TaskPriority(given)
+    if not isinstance(given, Resolver):
+        raise InputError(
+            f"resolver must be a resolver such as TaskPriority(), or an inverse such as JParse(), got {given!r}"
+        )
+    return given
+
+
+def _checked(task: Task, equation: TaskEquation, robot: Robot) -> TaskEquation:
+    """What a task gives, which may be one of the user's own.
+
+    Raises:
+        InputError: Shapes do not fit, or something is NaN or infinite.
+    """
+    m, n = len(equation.xdot), robot.n
+    arrays = {"J": (equation.J, (m, n)), "xdot": (equation.xdot, (m,)), "error": (equation.error, (m,))}
+    if equation.hessian is not None:
+        arrays["hessian"] = equation.hessian, (m, n, n)
+    for name, (array, shape) in arrays.items():
+        if array.shape != shape or not np.isfinite(array).all():
+            raise InputError(
+                f"{name} of {type(task).__name__} must be finite and of shape {shape}, got shape {array.shape}"
+                f"{'' if np.isfinite(array).all() else ' with NaN or infinity'}"
+            )
+    return equation
