@@ -15,8 +15,8 @@ import pinocchio as pin
 
 import robust_ik as rik
 from benchmarks.tables import markdown, parser, publish
-from robust_ik.scenarios import StraightLine, ur5_elbow, ur5_wrist
-from robust_ik.scenarios.straight_line import DT, Asked, turned
+from robust_ik.simulation.scenarios import StraightLine, ur5_elbow, ur5_wrist
+from robust_ik.simulation.scenarios.straight_line import DT, Asked, turned
 
 LIMITERS = {
     "robust_ik, `Sliding`": rik.Sliding(),

@@ -15,7 +15,7 @@ import robust_ik as rik
 from benchmarks.tables import markdown, parser, publish
 from robust_ik.control.tasks.target_paths import Path as Target
 from robust_ik.inverses import CLASSES
-from robust_ik.scenarios import stretch
+from robust_ik.simulation.scenarios import stretch
 
 REACHING = ("xarm7", "panda", "ur5", "kinova", "pa10", "puma560")
 COLUMNS = (

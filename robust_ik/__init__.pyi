@@ -10,7 +10,6 @@ from robust_ik.analysis.explanation import unavoidable_angle as unavoidable_angl
 from robust_ik.analysis.newton_iteration import NewtonResult as NewtonResult
 from robust_ik.analysis.newton_iteration import NewtonStatus as NewtonStatus
 from robust_ik.analysis.newton_iteration import newton as newton
-from robust_ik.comparing import compare as compare
 from robust_ik.control.compiled_step.kernel_warmup import warmup as warmup
 from robust_ik.control.compiled_step.stepper import Stepper as Stepper
 from robust_ik.control.limits import CollisionLimit as CollisionLimit
@@ -120,12 +119,13 @@ from robust_ik.robot.robot import Robot as Robot
 from robust_ik.robot.workspace_map import Cells as Cells
 from robust_ik.robot.workspace_map import WorkspaceMap as WorkspaceMap
 from robust_ik.robot.workspace_map import map_workspace as map_workspace
-from robust_ik.scenario import Scenario as Scenario
-from robust_ik.scenarios import load_scenario as load_scenario
-from robust_ik.simulation import simulate as simulate
+from robust_ik.simulation.comparison import compare as compare
+from robust_ik.simulation.scenario import Scenario as Scenario
+from robust_ik.simulation.scenarios import load_scenario as load_scenario
+from robust_ik.simulation.simulator import simulate as simulate
+from robust_ik.simulation.trajectory import Trajectory as Trajectory
 from robust_ik.singularities import SingularityAtlas as SingularityAtlas
 from robust_ik.singularities import Stratum as Stratum
 from robust_ik.singularities import find_singularities as find_singularities
-from robust_ik.trajectory import Trajectory as Trajectory
 
 __version__: str

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
-from robust_ik import simulation
 from robust_ik.analysis import newton_iteration as newton_steps
+from robust_ik.simulation import simulator as simulation
 
 # The same examples in every run: a failure is then a change's, and shows again.
 settings.register_profile("repeatable", derandomize=True, deadline=None)

@@ -12,7 +12,7 @@ from robust_ik.control.resolvers.baselines import LeakingPriority
 from robust_ik.inverses.baselines import BASELINES, SlowDown, StopAtSingularity
 from robust_ik.inverses.task_equation import TaskEquation
 from robust_ik.kinematics.svd import null_projector
-from robust_ik.scenarios.building import KNOWN
+from robust_ik.simulation.scenarios.method_tables import KNOWN
 from tests.cases_resolvers import named_box
 from tests.test_inverses_contract import SHAPES, jacobians
 from tests.test_linalg import matrix

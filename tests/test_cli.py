@@ -11,10 +11,11 @@ import pytest
 from rich.console import Console
 
 import robust_ik as rik
-from robust_ik import cli, report
+from robust_ik import cli
+from robust_ik.cli import terminal_tables as report
 from robust_ik.description.catalog import catalog
 from robust_ik.inverses import CLASSES
-from robust_ik.scenarios import stretch
+from robust_ik.simulation.scenarios import stretch
 
 
 def run(capsys, *arguments, monkeypatch=None):
@@ -199,7 +200,7 @@ def test_inverses_prints_the_table_of_the_readme_and_draws_the_gains(command, tm
 
 @pytest.mark.slow
 def test_any_inverse_can_drive_the_demo(command, monkeypatch):
-    monkeypatch.setattr("robust_ik.scenarios.stretch", partial(stretch, travel=0.3, pause=0.1, settle=0.1))
+    monkeypatch.setattr("robust_ik.simulation.scenarios.stretch", partial(stretch, travel=0.3, pause=0.1, settle=0.1))
     for each in CLASSES:
         if each is not rik.Weighted:
             status, out, _ = command("demo", "planar_2r", "--method", each.__name__, "-o", "page.html")
@@ -314,7 +315,7 @@ def test_compare_lists_what_there_is_and_runs_a_file_with_its_methods_or_others(
     ],
 )
 def test_what_cannot_be_compared_is_told_before_anything_runs(command, monkeypatch, arguments, message):
-    monkeypatch.setattr("robust_ik.comparing.compare", lambda *given, **options: pytest.fail("it ran"))
+    monkeypatch.setattr("robust_ik.simulation.comparison.compare", lambda *given, **options: pytest.fail("it ran"))
     status, _, err = command("compare", *arguments)
     assert status == 1
     assert message in err
@@ -335,7 +336,11 @@ RESULTS = [
 
 @pytest.mark.parametrize("arguments", RESULTS, ids=" ".join)
 def test_where_nothing_can_be_written_is_told_before_the_work(command, monkeypatch, arguments):
-    for work in ("robust_ik.robot.loading.load", "robust_ik.scenarios.load_scenario", "robust_ik.display.plot_gains"):
+    for work in (
+        "robust_ik.robot.loading.load",
+        "robust_ik.simulation.scenarios.load_scenario",
+        "robust_ik.display.plot_gains",
+    ):
         monkeypatch.setattr(work, lambda *_, **__: pytest.fail("it ran"))
     for place, words in (("no/such/x.png", "there is no folder"), ("/proc/x.png", "nothing can be written in")):
         status, _, err = command(*arguments, place)

@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose
 import robust_ik as rik
 from robust_ik.cli.demo import SINGULAR, at_the_end, kept
 from robust_ik.description.urdf.urdf_reader import lock_slides, parse_urdf
-from robust_ik.scenarios import stretch
+from robust_ik.simulation.scenarios import stretch
 
 ELBOW = [("turn", "revolute", "0 0 1", 0.0), ("arm", "revolute", "0 1 0", 0.3), ("elbow", "revolute", "0 1 0", 0.5),
          ("hand", "revolute", "0 1 0", 0.4)]  # fmt: skip

@@ -21,7 +21,7 @@ from robust_ik.display.tracks import LARGEST
 from robust_ik.errors import InputError
 from robust_ik.inverses import DampedLeastSquares, JParse, MoorePenrose
 from robust_ik.robot.robot import Robot
-from robust_ik.simulation import simulate
+from robust_ik.simulation.simulator import simulate
 
 EVIL = '</script><script>alert(1)</script>"><img src=http://evil.example/x onerror=alert(1)>'
 ARM = """<robot name={name}><link name="base"/><link name="upper">{visual}</link><link name="tool"/>

@@ -38,9 +38,9 @@ INT, TERM = signal.SIGINT, signal.SIGTERM
 @pytest.mark.parametrize(
     "number, where, command",
     [
-        (INT, "robust_ik.scenarios.stretch", ("demo", "planar_2r", "-o", "x.html")),
-        (TERM, "robust_ik.comparing.compare", ("compare", "xarm7_line", "--html", "x.html")),
-        (INT, "robust_ik.report.facts", ("info", "planar_2r")),
+        (INT, "robust_ik.simulation.scenarios.stretch", ("demo", "planar_2r", "-o", "x.html")),
+        (TERM, "robust_ik.simulation.comparison.compare", ("compare", "xarm7_line", "--html", "x.html")),
+        (INT, "robust_ik.cli.terminal_tables.facts", ("info", "planar_2r")),
         (INT, WRITING, ("export", "planar_2r", "old", "--force")),
         (TERM, WRITING, ("export", "planar_2r", "old", "--force")),
         (INT, "robust_ik.certificates.certify", ("certify", "planar_2r", "-o", "x.json")),

@@ -10,8 +10,8 @@ from robust_ik.description import catalog
 from robust_ik.description.urdf.urdf_reader import parse_urdf
 from robust_ik.errors import suggest
 from robust_ik.robot.reach import find_reach
-from robust_ik.scenarios import stretch
-from robust_ik.scenarios.stretch import BEYOND
+from robust_ik.simulation.scenarios import stretch
+from robust_ik.simulation.scenarios.stretch import BEYOND
 
 OURS = {
     "duleba_3r", "kinova_gen3", "planar_2r", "planar_3r", "pa10", "almarkhi_4dof", "puma560", "puma560_corke", "srs_7r",

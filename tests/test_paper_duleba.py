@@ -19,7 +19,7 @@ from benchmarks.claims.duleba import axis_heights, meets_its_axis, sizes, three_
 from robust_ik.analysis.evaluation import DulebaMatched, compare_damping_and_clamp, normalise, safety_by_damping
 from robust_ik.inverses import DampedLeastSquares, DulebaAdditive, DulebaClamp
 from robust_ik.kinematics.svd import lost_directions, svd
-from robust_ik.scenarios import load_scenario, reach_points
+from robust_ik.simulation.scenarios import load_scenario, reach_points
 
 AXIS = load_scenario("duleba_axis")
 ARM = AXIS.robot

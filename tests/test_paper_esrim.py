@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose
 import robust_ik as rik
 from benchmarks.claims.many import along_self_motion, run_many
 from robust_ik.inverses import ESRIM, TrackingLoop, Weighted
-from robust_ik.scenarios import load_scenario
+from robust_ik.simulation.scenarios import load_scenario
 
 TOLERANCE = 0.5e-3
 LAG = 0.280e-3

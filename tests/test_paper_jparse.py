@@ -14,7 +14,7 @@ from benchmarks.claims.jparse import out_of_reach
 from benchmarks.claims.many import hair_apart, run_many
 from robust_ik.analysis.stability import projector_leak
 from robust_ik.control.tasks.target_paths import pose
-from robust_ik.scenarios import load_scenario, scenarios
+from robust_ik.simulation.scenarios import load_scenario, scenarios
 
 OURS = [name for name in scenarios() if name.startswith(("jparse_", "xarm7_", "gen3_", "puma_"))]
 scenario = cache(load_scenario)

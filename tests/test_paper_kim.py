@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose
 
 import robust_ik as rik
 from robust_ik.description.catalog import find
-from robust_ik.scenarios import load_scenario
+from robust_ik.simulation.scenarios import load_scenario
 
 BOUND, ORIENTATION_BOUND = 0.06, 0.3
 KIM = "task reconstruction"

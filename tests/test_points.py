@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 
 import robust_ik as rik
 from robust_ik import InputError
-from robust_ik.scenarios import load_scenario, reach_points
+from robust_ik.simulation.scenarios import load_scenario, reach_points
 
 LINE = load_scenario("puma_wrist")
 """Six rows, feed-forward, a gain of 10: none of it matters here."""

@@ -13,7 +13,7 @@ from robust_ik.control.reaching.goals import GoalFinder
 from robust_ik.control.reaching.path import Caps, Path, fitting_speed
 from robust_ik.control.reaching.space import Space
 from robust_ik.control.tasks.target_paths import pose
-from robust_ik.scenarios import stretch, with_reach
+from robust_ik.simulation.scenarios import stretch, with_reach
 from tests.conftest import moved_start
 
 ARMS = ("xarm7", "panda", "ur5", "z1", "kinova")

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 import robust_ik as rik
-from robust_ik import inverses, report
-from robust_ik.scenarios import stretch
+from robust_ik import inverses
+from robust_ik.cli import terminal_tables as report
+from robust_ik.simulation.scenarios import stretch
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")

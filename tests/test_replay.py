@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 
 import robust_ik as rik
 from robust_ik.control.tasks import Replay
-from robust_ik.scenarios import read_scenario
+from robust_ik.simulation.scenarios import read_scenario
 
 TIMES = np.array([0.5, 1.0, 2.0])
 TWISTS = np.array([[0.1, 0, 0, 0, 0, 0], [0.3, 0.2, 0, 0, 0, 1.0], [0, 0, 0, 0, 0, 0]])

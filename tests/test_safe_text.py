@@ -285,7 +285,7 @@ def test_any_names_go_through(command, tmp_path, words):
 
 def test_labels_of_runs_are_text_in_a_page_also_those_that_are_hidden_in_figures(tmp_path):
     from robust_ik.display.run_figures import runs_figure
-    from robust_ik.scenarios import stretch
+    from robust_ik.simulation.scenarios import stretch
 
     run = stretch(rik.load("planar_2r")).run(rik.JParse())
     runs = dict.fromkeys([*NASTY, *CONTROL], run)

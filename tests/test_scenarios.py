@@ -11,7 +11,7 @@ import robust_ik as rik
 from robust_ik.description.catalog import find
 from robust_ik.description.dh.dh_toml import table_to_toml
 from robust_ik.errors import InputError, LoadError, RobotNotFoundError
-from robust_ik.scenarios import load_scenario, read_scenario, scenarios, with_reach
+from robust_ik.simulation.scenarios import load_scenario, read_scenario, scenarios, with_reach
 
 WHOLE = """
 title = "there and back"

@@ -5,8 +5,8 @@ import pytest
 
 from benchmarks.direction_beside_pink import LIMITERS, largest_turn, pink_velocities, runs
 from robust_ik.kinematics.svd import svd
-from robust_ik.scenarios import ur5_elbow, ur5_wrist
-from robust_ik.scenarios.straight_line import turned
+from robust_ik.simulation.scenarios import ur5_elbow, ur5_wrist
+from robust_ik.simulation.scenarios.straight_line import turned
 
 
 @pytest.fixture(scope="module", params=[ur5_elbow, ur5_wrist], ids=["elbow", "wrist"])

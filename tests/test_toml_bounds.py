@@ -8,7 +8,7 @@ import robust_ik as rik
 from robust_ik.description import toml_bounds
 from robust_ik.description.dh.dh_toml import table_from_toml
 from robust_ik.description.toml_bounds import read_toml
-from robust_ik.scenarios import read_scenario
+from robust_ik.simulation.scenarios import read_scenario
 
 LONG = {
     "a key": "a" + ".a" * 100_000 + " = 1",

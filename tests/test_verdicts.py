@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from robust_ik.scenarios import verdict
+from robust_ik.simulation.scenarios import verdict
 
 NOTEBOOKS = sorted((Path(__file__).parents[1] / "notebooks").glob("*.ipynb"))
 TYPED = re.compile(
@@ -48,7 +48,7 @@ def sources(path):
 def test_no_notebook_types_a_verdict(path):
     texts = sources(path)
     assert sum(text.count("{verdict(") for text in texts) >= 5
-    imports = re.compile(r"^from robust_ik\.scenarios import .*$", re.MULTILINE)
+    imports = re.compile(r"^from robust_ik\.simulation\.scenarios import .*$", re.MULTILINE)
     assert [found for text in texts for found in TYPED.findall(imports.sub("", text))] == []
 
 

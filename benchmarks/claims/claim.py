@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.claims.spread import Spread
-from robust_ik.scenarios import verdict
+from robust_ik.simulation.scenarios import verdict
 
 FUNCTIONS = {"abs": abs, "min": min, "max": max, "len": len, "round": round}
 TYPED = re.compile(r"(?<!Sec\. )\b\d+(\.\d|e[-+]?\d)")
@@ -27,7 +27,7 @@ class Claim:
     """One line of the page. Nobody types its verdict: it follows from the numbers.
 
     A condition is an expression over the names of the numbers, and says what the paper says: `kim < chiaverini`. It
-    must hold at both ends of every spread. `robust_ik.scenarios.verdict` has the rule.
+    must hold at both ends of every spread. `robust_ik.simulation.scenarios.verdict` has the rule.
 
     Attributes:
         what: What is claimed, with its place in the paper.

@@ -11,7 +11,7 @@ import robust_ik as rik
 from benchmarks.claims.many import TINY, Runs, hair_apart, loaded, run_many
 from benchmarks.claims.spread import Spread
 from robust_ik.checks import Array
-from robust_ik.scenario import Scenario
+from robust_ik.simulation.scenario import Scenario
 
 AT_KEYPOINTS = np.arange(1, 5) * 1000 - 1
 GEN3_STARTS = (

@@ -15,8 +15,8 @@ from robust_ik.control.resolvers.baselines import LeakingPriority
 from robust_ik.control.tasks import FrameTask, PostureTask, Task
 from robust_ik.inverses import RobustInverse
 from robust_ik.kinematics.twist_rows import ROWS
-from robust_ik.scenario import Motion, Scenario
-from robust_ik.scenarios import load_scenario
+from robust_ik.simulation.scenario import Motion, Scenario
+from robust_ik.simulation.scenarios import load_scenario
 
 CORRECTIONS = 4
 TINY, COUNT = 1e-12, 5

@@ -13,7 +13,7 @@ from benchmarks.claims.duleba import axis_heights, half_plane, meets_its_axis, s
 from benchmarks.claims.spread import spread
 from robust_ik.analysis import evaluation
 from robust_ik.checks import Array
-from robust_ik.scenarios import reach_points
+from robust_ik.simulation.scenarios import reach_points
 
 ONE, TWO = "Algorithm 1", "Algorithm 2"
 TIMES = np.linspace(0, 2, 11)

@@ -10,7 +10,7 @@ import robust_ik as rik
 from benchmarks.claims.claim import Claim
 from benchmarks.claims.spread import spread
 from robust_ik.checks import Array
-from robust_ik.scenarios import load_scenario
+from robust_ik.simulation.scenarios import load_scenario
 
 KIND = "link lengths, circle's place and period, gain: stand-ins"
 KIM, CHIAVERINI = "task reconstruction", "Chiaverini"

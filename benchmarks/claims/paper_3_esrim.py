@@ -13,7 +13,7 @@ from benchmarks.claims.claim import Claim
 from benchmarks.claims.esrim import COARSE, FINE, TOLERANCE, Passes
 from benchmarks.claims.spread import Spread
 from robust_ik.checks import Array
-from robust_ik.scenarios import load_scenario
+from robust_ik.simulation.scenarios import load_scenario
 
 EXAMPLES = {
     "esrim_line": "example 1",

@@ -13,7 +13,7 @@ from benchmarks.claims.jparse import at_keypoint, farthest, many, peak, spread_o
 from benchmarks.claims.spread import Spread
 from robust_ik.analysis.stability import decrease_matrix, projector_leak, smallest_eigenvalue_along
 from robust_ik.checks import Array
-from robust_ik.scenarios import load_scenario
+from robust_ik.simulation.scenarios import load_scenario
 
 J, DLS = "J-PARSE, γ = 0.1", "DLS, λ = 0.1"
 XARM = ("xarm7_line", "xarm7_plane")

@@ -14,8 +14,8 @@ from robust_ik.errors.safe_text import in_markup, plain
 from robust_ik.runtime.progress import progress_bar
 
 if TYPE_CHECKING:
-    from robust_ik.scenario import Method, Scenario
-    from robust_ik.trajectory import Trajectory
+    from robust_ik.simulation.scenario import Method, Scenario
+    from robust_ik.simulation.trajectory import Trajectory
 
 
 def compare(
@@ -36,9 +36,10 @@ def compare(
     workers: WorkersOption = 1,
 ) -> None:
     """Run a scenario with the methods it names, or with others, and print how they fared."""
-    from robust_ik import comparing, report
+    from robust_ik.cli import terminal_tables as report
     from robust_ik.runtime.parallel import process_pool
-    from robust_ik.scenarios import load_scenario, scenarios, with_reach
+    from robust_ik.simulation import comparison as comparing
+    from robust_ik.simulation.scenarios import load_scenario, scenarios, with_reach
 
     if scenario is None:
         console.print(report.scenarios({name: load_scenario(path).title for name, path in scenarios().items()}))

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 
     from robust_ik.inverses import RobustInverse
     from robust_ik.robot.robot import Robot
-    from robust_ik.scenarios import Stretch
-    from robust_ik.trajectory import Trajectory
+    from robust_ik.simulation.scenarios import Stretch
+    from robust_ik.simulation.trajectory import Trajectory
 
 SHOWN_FIRST = ("MoorePenrose", "DampedLeastSquares", "JParse")
 METHOD_HELP = f"An inverse that 'robust-ik inverses' lists, but Weighted. Repeatable; default {', '.join(SHOWN_FIRST)}."
@@ -51,9 +51,9 @@ def demo(
     xacro_arg: XacroOption = None,
 ) -> None:
     """Reach beyond the arm's reach and come back, with each method; write the animation as one HTML file."""
-    from robust_ik import report
+    from robust_ik.cli import terminal_tables as report
     from robust_ik.robot.loading import load
-    from robust_ik.scenarios import stretch, with_reach
+    from robust_ik.simulation.scenarios import stretch, with_reach
 
     chosen = _methods(method)
     check_results(output=output)

@@ -23,7 +23,7 @@ def inverses(
     ] = None,
 ) -> None:
     """List the robust inverses and what each promises; draw their gains."""
-    from robust_ik import report
+    from robust_ik.cli import terminal_tables as report
     from robust_ik.inverses import CLASSES, SingularValueFilter
 
     check_results(plot=plot)

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 def robots() -> None:
     """List the robots that can be loaded by name."""
-    from robust_ik import report
+    from robust_ik.cli import terminal_tables as report
     from robust_ik.description.catalog import catalog
 
     console.print(report.robots((entry, *_joints_and_tip(entry)) for entry in catalog().values()))
@@ -61,7 +61,7 @@ def info(
     robot: RobotArgument, tip: TipOption = None, package_dir: PackageDirOption = None, xacro_arg: XacroOption = None
 ) -> None:
     """Print the chain, limits, tips, σ and manipulability at rest, and the reach."""
-    from robust_ik import report
+    from robust_ik.cli import terminal_tables as report
     from robust_ik.robot.loading import load
 
     arm = load(robot, tip, package_dirs=package_dir or (), xacro_args=xacro_arguments(xacro_arg))

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robust_ik.checks import Array
-from robust_ik.trajectory import Trajectory
+from robust_ik.simulation.trajectory import Trajectory
 
 FRAMES_PER_SECOND = 30.0
 MOST_FRAMES = 3000

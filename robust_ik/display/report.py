@@ -19,7 +19,7 @@ from robust_ik.errors import InputError
 from robust_ik.errors.safe_text import in_html
 from robust_ik.inverses import JParse
 from robust_ik.runtime.output_files import write_file
-from robust_ik.trajectory import Trajectory
+from robust_ik.simulation.trajectory import Trajectory
 
 PALETTE = ("#1f77c9", "#e08a00", "#8e5bd0", "#12907f", "#b0552f", "#6b7785", "#c04f8f", "#7a8f1e")
 

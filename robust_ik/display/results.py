@@ -13,7 +13,7 @@ from robust_ik.display.chart import Curve, chart
 from robust_ik.errors.safe_text import in_html
 from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.robot.robot import Robot
-from robust_ik.trajectory import Trajectory
+from robust_ik.simulation.trajectory import Trajectory
 
 
 def results_table(names: Sequence[str], runs: Sequence[Trajectory], colors: Sequence[str]) -> str:

@@ -14,7 +14,7 @@ from robust_ik.display.figures import save_figure
 from robust_ik.errors import InputError, suggest
 from robust_ik.errors.safe_text import in_figure
 from robust_ik.runtime.output_files import check_figure
-from robust_ik.trajectory import Trajectory
+from robust_ik.simulation.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -16,7 +16,7 @@ from robust_ik.display.shapes import Color
 from robust_ik.display.sight import place_camera
 from robust_ik.display.tracks import Tracks
 from robust_ik.errors import InputError
-from robust_ik.trajectory import Trajectory
+from robust_ik.simulation.trajectory import Trajectory
 
 PATH_COLOR: Color = (0.45, 0.50, 0.55, 1.0)
 TRAIL_COLOR: Color = (0.12, 0.47, 0.78, 1.0)

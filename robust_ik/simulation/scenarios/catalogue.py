@@ -9,10 +9,10 @@ from pathlib import Path
 from types import MappingProxyType
 
 from robust_ik.errors import RobotNotFoundError, suggest
-from robust_ik.scenario import Scenario
-from robust_ik.scenarios.reading import read_scenario
+from robust_ik.simulation.scenario import Scenario
+from robust_ik.simulation.scenarios.scenario_toml import read_scenario
 
-DATA = Path(str(files("robust_ik.scenarios"))) / "data"
+DATA = Path(str(files("robust_ik.simulation.scenarios"))) / "data"
 
 
 @cache

@@ -22,8 +22,8 @@ from robust_ik.kinematics.svd import length, svd
 from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.robot.robot import Robot
 from robust_ik.runtime.progress import Told, progress_bar
-from robust_ik.scenario import Method, Motion, Scenario
-from robust_ik.trajectory import Trajectory
+from robust_ik.simulation.scenario import Method, Motion, Scenario
+from robust_ik.simulation.trajectory import Trajectory
 
 MAX_STEPS = 10_000_000
 

@@ -12,7 +12,7 @@ from robust_ik.control.tasks import Follow, Task
 from robust_ik.errors import InputError
 from robust_ik.inverses import RobustInverse
 from robust_ik.robot.robot import Robot
-from robust_ik.scenario import Scenario
+from robust_ik.simulation.scenario import Scenario
 
 Function = Callable[[Array], Array]
 

@@ -19,8 +19,8 @@ from robust_ik.kinematics.svd import RANK_TOLERANCE, singular_values, svd
 from robust_ik.kinematics.twist_rows import always_deficient, movable_rows
 from robust_ik.robot.reach import ArmReach, find_reach
 from robust_ik.robot.robot import Robot
-from robust_ik.simulation import simulate
-from robust_ik.trajectory import Trajectory
+from robust_ik.simulation.simulator import simulate
+from robust_ik.simulation.trajectory import Trajectory
 
 BEYOND = 1.1
 PULL = 0.3

@@ -8,8 +8,8 @@ from typing import TypeVar
 from robust_ik.control.reaching import Reach
 from robust_ik.control.tasks import Follow
 from robust_ik.errors import InputError
-from robust_ik.scenario import Scenario
-from robust_ik.scenarios.stretch import Stretch
+from robust_ik.simulation.scenario import Scenario
+from robust_ik.simulation.scenarios.stretch import Stretch
 
 Given = TypeVar("Given", Scenario, Stretch)
 

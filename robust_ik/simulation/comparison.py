@@ -10,9 +10,9 @@ from robust_ik.checks.public_arguments import checked
 from robust_ik.errors import InputError, listed
 from robust_ik.runtime.parallel import run_pieces
 from robust_ik.runtime.progress import Told
-from robust_ik.scenario import Method, Scenario
-from robust_ik.simulation import simulate
-from robust_ik.trajectory import Trajectory
+from robust_ik.simulation.scenario import Method, Scenario
+from robust_ik.simulation.simulator import simulate
+from robust_ik.simulation.trajectory import Trajectory
 
 
 @checked

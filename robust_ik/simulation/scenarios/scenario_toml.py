@@ -18,9 +18,9 @@ from robust_ik.errors import InputError, LoadError
 from robust_ik.robot.loading import load
 from robust_ik.robot.robot import Robot
 from robust_ik.runtime.files import read_file
-from robust_ik.scenario import Scenario
-from robust_ik.scenarios.building import method
-from robust_ik.scenarios.targets import Table, target
+from robust_ik.simulation.scenario import Scenario
+from robust_ik.simulation.scenarios.method_tables import method
+from robust_ik.simulation.scenarios.target_tables import Table, target
 
 LARGEST_FILE = 1_000_000
 

@@ -16,7 +16,7 @@ from robust_ik.inverses import RobustInverse
 from robust_ik.kinematics.svd import condition_number, svd
 from robust_ik.robot.reach import ArmReach, find_reach
 from robust_ik.robot.robot import Robot
-from robust_ik.trajectory import Trajectory
+from robust_ik.simulation.trajectory import Trajectory
 
 MOST_NOTES = 20
 

@@ -1,0 +1,1 @@
+"""Whole runs: a controller driven along a path, scenarios and their comparison."""

@@ -1,0 +1,23 @@
+"""Motions to run: each says the robot, where it starts, the path and the gains."""
+
+from robust_ik.simulation.scenarios.catalogue import load_scenario, scenarios
+from robust_ik.simulation.scenarios.going_round import with_reach
+from robust_ik.simulation.scenarios.point_by_point import reach_points
+from robust_ik.simulation.scenarios.scenario_toml import read_scenario
+from robust_ik.simulation.scenarios.straight_line import StraightLine, ur5_elbow, ur5_wrist
+from robust_ik.simulation.scenarios.stretch import Stretch, stretch
+from robust_ik.simulation.scenarios.verdicts import verdict
+
+__all__ = [
+    "StraightLine",
+    "Stretch",
+    "load_scenario",
+    "reach_points",
+    "read_scenario",
+    "scenarios",
+    "stretch",
+    "ur5_elbow",
+    "ur5_wrist",
+    "verdict",
+    "with_reach",
+]
