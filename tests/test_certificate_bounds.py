@@ -10,7 +10,7 @@ import robust_ik as rik
 from robust_ik.certificates import certify, check, json_values, steps
 from robust_ik.certificates.json_values import CertificateError, read_json
 from robust_ik.certificates.modpoly import determinant, determinant_of_numbers, random_prime
-from robust_ik.certificates.proof_json import from_json
+from robust_ik.certificates.proof import from_json
 from robust_ik.certificates.roots import _chain, real_root_count
 
 

@@ -27,8 +27,7 @@ from robust_ik.certificates.json_values import CertificateError
 from robust_ik.certificates.leaves import check_inside, check_leaf
 from robust_ik.certificates.modpoly import UnluckyError, random_prime
 from robust_ik.certificates.points import Place, source_value
-from robust_ik.certificates.proof import Arm, Proof
-from robust_ik.certificates.proof_json import from_json
+from robust_ik.certificates.proof import Arm, Proof, from_json
 from robust_ik.certificates.replay import ROW_NAMES, is_rigid
 from robust_ik.certificates.steps import MOST, TooManyStepsError, at_most
 from robust_ik.checks.public_arguments import checked

@@ -7,6 +7,7 @@ from dataclasses import replace
 from fractions import Fraction
 
 from robust_ik.certificates.cases import Branch, Coefficients, Factor, Form, Pin, State
+from robust_ik.certificates.field_elements import reduced
 from robust_ik.certificates.roots import has_real_root
 from robust_ik.certificates.steps import spend
 
@@ -66,7 +67,7 @@ def check_branch(state: State, factor: Factor, branch: Branch) -> None:
     require(not any(_image(minimal, new, modulus)), "a branch is at no root of its factor")
     size = max(len(old), len(new), 2)
     total = [_at(old, i) + factor.multiple * _at(new, i) - (i == 1) for i in range(size)]
-    require(not any(_reduced(total, modulus)), "the new field's element is not θ + λ t")
+    require(not any(reduced(total, modulus)), "the new field's element is not θ + λ t")
     require(branch.child >= 0 or not has_real_root(branch.field), "a branch with a real place was dropped")
 
 
@@ -89,15 +90,6 @@ def image(value: Coefficients, theta: Coefficients, field: Coefficients) -> Coef
     return tuple(str(a) for a in result) or ("0",)
 
 
-def element_product(a: list[Fraction], b: list[Fraction], field: Coefficients) -> list[Fraction]:
-    """The product of two elements of a field."""
-    product = [Fraction(0)] * (len(a) + len(b) - 1)
-    for i, u in enumerate(a):
-        for j, v in enumerate(b):
-            product[i + j] += u * v
-    return _reduced(product, [Fraction(value) for value in field])
-
-
 def _with_pin(state: State, pin: Pin) -> State:
     require(pin.joint not in state.pinned, "a joint is pinned twice")
     return replace(state, pins=tuple(sorted((*state.pins, pin), key=lambda each: each.joint)))
@@ -116,19 +108,5 @@ def _image(value: Coefficients, theta: list[Fraction], modulus: list[Fraction]) 
             for j, b in enumerate(theta):
                 product[i + j] += a * b
         product[0] += Fraction(coefficient)
-        result = _reduced(product, modulus)
+        result = reduced(product, modulus)
     return result
-
-
-def _bits(value: Fraction) -> int:
-    return value.numerator.bit_length() + value.denominator.bit_length()
-
-
-def _reduced(values: list[Fraction], modulus: list[Fraction]) -> list[Fraction]:
-    values, size = list(values), len(modulus) - 1
-    while len(values) > size:
-        head = values.pop() / modulus[-1]
-        spend(sum(30 + (_bits(head) * _bits(each) / 1e6) + _bits(head) / 30 for each in modulus))
-        for i in range(size):
-            values[len(values) - size + i] -= head * modulus[i]
-    return values or [Fraction(0)]

@@ -2,10 +2,32 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from functools import cached_property
+import json
+from dataclasses import dataclass, field, fields
+from functools import cache, cached_property
+from typing import Any
 
-from robust_ik.certificates.cases import Form, Node
+from robust_ik.certificates.cases import Branch, Coefficients, Factor, Form, Node, Pin, Source, State
+from robust_ik.certificates.json_values import (
+    CertificateError,
+    a_fraction,
+    a_list,
+    a_text,
+    an_integer,
+    an_object,
+    coefficients,
+    pairs,
+    read_json,
+)
+from robust_ik.kinematics.twist_rows import ROWS
+
+FORMAT, VERSION = "robust_ik certificate", 2
+TURNING_ONLY = 1
+"""The version before sliding joints: all joints turn."""
+MAX_LENGTH = 20_000_000
+MAX_NODES = 20_000
+MAX_JOINTS = 20
+MAX_DEGREE = 128
 
 
 @dataclass(frozen=True)
@@ -74,8 +96,6 @@ class Proof:
 
     def to_json(self) -> str:
         """The proof as JSON text."""
-        from robust_ik.certificates.proof_json import to_json
-
         return to_json(self)
 
     @classmethod
@@ -85,6 +105,167 @@ class Proof:
         Raises:
             CertificateError: It is too long, no JSON, or no proof; nothing of it is run.
         """
-        from robust_ik.certificates.proof_json import from_json
-
         return from_json(text)
+
+
+def to_json(proof: Proof) -> str:
+    """A proof as JSON text."""
+    data: dict[str, Any] = {"format": FORMAT, "version": VERSION, "status": proof.status}
+    data |= {"corank": proof.corank, "link": proof.link, "reason": proof.reason}
+    data["arm"] = None if proof.arm is None else _plain(proof.arm) | {"sliding": list(proof.arm.sliding)}
+    data["nodes"] = [_plain(node) for node in proof.nodes]
+    return json.dumps(data, separators=(",", ":"), ensure_ascii=True)
+
+
+def _plain(value: Any) -> Any:
+    """Dataclasses as objects without what is default, tuples as lists."""
+    if isinstance(value, tuple):
+        return [_plain(item) for item in value]
+    if value is None or isinstance(value, (str, int)):
+        return value
+    given = ((name, getattr(value, name), default) for name, default in _defaults(value.__class__))
+    return {name: _plain(item) for name, item, default in given if item != default}
+
+
+@cache
+def _defaults(kind: Any) -> list[tuple[str, Any]]:
+    return [(each.name, each.default) for each in fields(kind)]
+
+
+def from_json(text: str) -> Proof:
+    """A proof from JSON text; see `Proof.from_json`."""
+    if not isinstance(text, str):
+        raise CertificateError(f"a certificate is text, got {type(text).__name__}")
+    if len(text) > MAX_LENGTH:
+        raise CertificateError(f"a certificate of {len(text)} characters; more than {MAX_LENGTH} are refused")
+    try:
+        data = read_json(text)
+    except (ValueError, RecursionError) as error:
+        raise CertificateError(f"no JSON: {str(error)[:200]}") from error
+    data = an_object(
+        data, "the certificate", {"format", "version", "status", "corank", "link", "reason", "arm", "nodes"}
+    )
+    if data.get("format") != FORMAT or data.get("version") not in (TURNING_ONLY, VERSION):
+        raise CertificateError(f"not a {FORMAT!r} of version {TURNING_ONLY} or {VERSION}")
+    arm = None if data.get("arm") is None else _arm(data["arm"], data["version"])
+    nodes = a_list(data.get("nodes"), "nodes", MAX_NODES)
+    corank, link = an_integer(data.get("corank"), "corank", 1, 6), an_integer(data.get("link"), "link", 0, MAX_JOINTS)
+    return Proof(arm, corank, link, tuple(_node(node) for node in nodes), a_text(data.get("reason", ""), "reason"))
+
+
+# ---------------------------------------------------------------------------------------------------- the parts
+def _arm(data: Any, version: int) -> Arm:
+    data = an_object(data, "arm", {"name", "joints", "rows", "links", "changes", "sliding"})
+    if ("sliding" in data) != (version == VERSION):
+        raise CertificateError(f"an arm says which joints slide from version {VERSION} on, and not before")
+    joints = tuple(a_text(name, "a joint name") for name in a_list(data.get("joints"), "joints", MAX_JOINTS))
+    rows = tuple(a_text(name, "a row") for name in a_list(data.get("rows"), "rows", 6))
+    if not joints or not rows or len(set(rows)) < len(rows) or any(row not in ROWS for row in rows):
+        raise CertificateError(f"an arm has joints, and rows of {' '.join(ROWS)}")
+    links = tuple(_link(link) for link in a_list(data.get("links"), "links", MAX_JOINTS + 1))
+    if len(links) != len(joints) + 1:
+        raise CertificateError(f"{len(joints)} joints need {len(joints) + 1} links, got {len(links)}")
+    changes = tuple(a_text(each, "a change") for each in a_list(data.get("changes", []), "changes", 1000))
+    given = a_list(data.get("sliding", []), "sliding", len(joints))
+    sliding = tuple(an_integer(joint, "sliding joint", 0, len(joints) - 1) for joint in given)
+    if list(sliding) != sorted(set(sliding)):
+        raise CertificateError("the sliding joints are named once each, rising")
+    return Arm(a_text(data.get("name"), "name"), joints, rows, links, changes, sliding)
+
+
+def _link(data: Any) -> tuple[tuple[str, ...], ...]:
+    rows = tuple(tuple(a_fraction(x) for x in a_list(row, "a row of a link", 3)) for row in a_list(data, "a link", 4))
+    if [len(row) for row in rows] != [3, 3, 3, 3]:
+        raise CertificateError("a link is three rows of a rotation and a translation, three numbers each")
+    return rows
+
+
+def _node(data: Any) -> Node:
+    data = an_object(data, "a node", {each.name for each in fields(Node)})
+    kind = data.get("kind", "open")
+    if kind not in ("split", "contradiction", "leaf", "implicit", "subsumed", "open"):
+        raise CertificateError(f"a node cannot be {str(kind)[:40]!r}")
+    norm = data.get("norm", False)
+    if not isinstance(norm, bool):
+        raise CertificateError("norm is true or false")
+    return Node(
+        _state(data.get("state", {})),
+        kind,
+        None if data.get("source") is None else _source(data["source"]),
+        norm,
+        coefficients(data.get("constant", ["1"])),
+        pairs(data.get("degrees", []), "degrees"),
+        tuple(_factor(factor) for factor in a_list(data.get("factors", []), "factors", 200)),
+        pairs(data.get("relations", []), "relations"),
+        an_integer(data.get("leaf", -1), "leaf", -1, MAX_NODES),
+        coefficients(data.get("image", ["0"])),
+        a_text(data.get("reason", ""), "reason"),
+    )
+
+
+def _state(data: Any) -> State:
+    data = an_object(data, "state", {"pins", "generators", "field"})
+    pins = tuple(_pin(pin) for pin in a_list(data.get("pins", []), "pins", MAX_JOINTS))
+    generators = tuple(_form(form) for form in a_list(data.get("generators", []), "generators", 100))
+    return State(pins, generators, coefficients(data.get("field", ["0", "1"])))
+
+
+def _pin(data: Any) -> Pin:
+    data = an_object(data, "a pin", {"joint", "x", "y"})
+    joint = an_integer(data.get("joint"), "joint", 0, MAX_JOINTS - 1)
+    return Pin(joint, coefficients(data.get("x")), coefficients(data.get("y")))
+
+
+def _form(data: Any) -> Form:
+    data = an_object(data, "a form", {"joints", "degrees", "terms"})
+    joints = tuple(an_integer(j, "joint", 0, MAX_JOINTS - 1) for j in a_list(data.get("joints"), "joints", MAX_JOINTS))
+    degrees = tuple(an_integer(d, "degree", 0, MAX_DEGREE) for d in a_list(data.get("degrees"), "degrees", MAX_JOINTS))
+    if list(joints) != sorted(set(joints)) or len(joints) != len(degrees):
+        raise CertificateError("a form names its joints once each, rising, with a degree for each")
+    terms = tuple(_term(term, degrees) for term in a_list(data.get("terms"), "terms", 20_000))
+    if not terms:
+        raise CertificateError("a form has a term")
+    return Form(joints, degrees, terms)
+
+
+def _term(data: Any, degrees: tuple[int, ...]) -> tuple[tuple[int, ...], Coefficients]:
+    pair = a_list(data, "a term", 2)
+    if len(pair) != 2 or len(a_list(pair[0], "powers", MAX_JOINTS)) != len(degrees):
+        raise CertificateError("a term is its powers and a coefficient")
+    powers = tuple(an_integer(power, "power", 0, degree) for power, degree in zip(pair[0], degrees, strict=True))
+    return powers, coefficients(pair[1])
+
+
+def _source(data: Any) -> Source:
+    data = an_object(data, "source", {each.name for each in fields(Source)})
+    kind = data.get("kind")
+    if kind not in ("minor", "generator", "resultant"):
+        raise CertificateError(f"a source cannot be {str(kind)[:40]!r}")
+    rows = tuple(
+        tuple(coefficients(weight) for weight in a_list(row, "weights", 6))
+        for row in a_list(data.get("rows", []), "rows", 6)
+    )
+    columns = tuple(an_integer(j, "column", 0, MAX_JOINTS - 1) for j in a_list(data.get("columns", []), "columns", 6))
+    first, second, joint = (an_integer(data.get(key, -1), key, -1, 100) for key in ("first", "second", "joint"))
+    return Source(kind, rows, columns, first, second, joint)
+
+
+def _factor(data: Any) -> Factor:
+    data = an_object(data, "a factor", {each.name for each in fields(Factor)})
+    kind = data.get("kind")
+    if kind not in ("pin", "relation", "roots", "unreal"):
+        raise CertificateError(f"a factor cannot be {str(kind)[:40]!r}")
+    return Factor(
+        kind,
+        _form(data.get("form")),
+        an_integer(data.get("power"), "power", 1, MAX_DEGREE),
+        an_integer(data.get("child", -1), "child", -1, MAX_NODES),
+        an_integer(data.get("multiple", 1), "multiple", 1, 1000),
+        tuple(_branch(branch) for branch in a_list(data.get("branches", []), "branches", 100)),
+    )
+
+
+def _branch(data: Any) -> Branch:
+    data = an_object(data, "a branch", {"field", "old", "new", "child"})
+    field, old, new = (coefficients(data.get(key)) for key in ("field", "old", "new"))
+    return Branch(field, old, new, an_integer(data.get("child"), "child", -1, MAX_NODES))

@@ -10,7 +10,7 @@ from functools import cached_property, reduce
 import numpy as np
 
 from robust_ik.certificates.cases import RATIONAL, Form, State
-from robust_ik.certificates.expected import element_product
+from robust_ik.certificates.field_elements import element_product
 from robust_ik.certificates.proof import Arm
 from robust_ik.checks import Array
 
