@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
 
-from robust_ik.certificates.cases import Factor, Form, Node, Pin
-from robust_ik.certificates.proof import Proof
+from robust_ik.certificates.proof.case_tree import Factor, Form, Node, Pin
+from robust_ik.certificates.proof.proof import Proof
 
 P = 2**61 - 1
 

@@ -7,11 +7,13 @@ from fractions import Fraction
 import pytest
 
 import robust_ik as rik
-from robust_ik.certificates import certify, check, json_values, steps
-from robust_ik.certificates.json_values import CertificateError, read_json
-from robust_ik.certificates.modpoly import determinant, determinant_of_numbers, random_prime
-from robust_ik.certificates.proof import from_json
-from robust_ik.certificates.roots import _chain, real_root_count
+from robust_ik.certificates import certify, check
+from robust_ik.certificates.checker.modular_arithmetic import determinant, determinant_of_numbers, random_prime
+from robust_ik.certificates.proof import counted_steps as steps
+from robust_ik.certificates.proof import untrusted_json as json_values
+from robust_ik.certificates.proof.proof import from_json
+from robust_ik.certificates.proof.real_roots import _chain, real_root_count
+from robust_ik.certificates.proof.untrusted_json import CertificateError, read_json
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +40,7 @@ def spoilt(proof, **changed):
 
 
 def test_a_long_sequence_of_sturm_is_refused_before_it_is_made(proof, monkeypatch):
-    monkeypatch.setattr("robust_ik.certificates.roots._remainder", None)
+    monkeypatch.setattr("robust_ik.certificates.proof.real_roots._remainder", None)
     verdict = check(spoilt(proof, factors=[{"kind": "unreal", "form": form(127, 1900), "power": 1}]))
     assert not verdict.accepted
     assert "more steps" in verdict.reason
@@ -61,7 +63,7 @@ def test_many_cases_that_each_take_little_are_refused_together(proof):
         steps.spend(count)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("robust_ik.certificates.roots.spend", spend)
+        patch.setattr("robust_ik.certificates.proof.real_roots.spend", spend)
         verdict = check(json.dumps({**proof, "nodes": [many] * 500}), steps=1e6)
     assert not verdict.accepted
     assert sum(counted[:-1]) < 1e6

@@ -17,13 +17,13 @@ import pytest
 
 import robust_ik as rik
 from robust_ik.certificates import CertificateError, Proof, certify, check, leaves, word
-from robust_ik.certificates.cases import Form, Node, Source, State
 from robust_ik.certificates.certify import _in_a_process, certify_exact, plain_arm
 from robust_ik.certificates.effort import Effort
-from robust_ik.certificates.exact_model import ExactArm, exact_arm, half_angle
-from robust_ik.certificates.rational import turn
-from robust_ik.certificates.reading import Place
-from robust_ik.certificates.roots import real_root_count, real_roots
+from robust_ik.certificates.proof.case_tree import Form, Node, Source, State
+from robust_ik.certificates.proof.proof_leaves import Place
+from robust_ik.certificates.proof.real_roots import real_root_count, real_roots
+from robust_ik.certificates.prover.exact_arm import ExactArm, exact_arm, half_angle
+from robust_ik.certificates.prover.rational_matrices import turn
 from tests.cases_mutations import spoiled
 
 PROVED = {

@@ -12,13 +12,13 @@ import pytest
 
 import robust_ik as rik
 from robust_ik.certificates import Proof, certify, check, leaves
-from robust_ik.certificates.cases import Factor, Form
 from robust_ik.certificates.certify import certify_exact, exact_from_plain, plain_arm
-from robust_ik.certificates.exact_model import ExactArm, exact_arm
-from robust_ik.certificates.expected import RefusedError, check_unreal
-from robust_ik.certificates.rational import turn
-from robust_ik.certificates.reading import Place
-from robust_ik.certificates.relations import shown_length
+from robust_ik.certificates.checker.expected_children import RefusedError, check_unreal
+from robust_ik.certificates.proof.case_tree import Factor, Form
+from robust_ik.certificates.proof.joint_relations import shown_length
+from robust_ik.certificates.proof.proof_leaves import Place
+from robust_ik.certificates.prover.exact_arm import ExactArm, exact_arm
+from robust_ik.certificates.prover.rational_matrices import turn
 from tests.cases_mutations import spoiled
 from tests.test_certificates import fill
 

@@ -11,7 +11,7 @@ import pytest
 
 import robust_ik as rik
 from robust_ik.certificates import Certificate, Proof, Verdict, leaves
-from robust_ik.certificates.members import members
+from robust_ik.certificates.proof.leaf_points import members
 from robust_ik.description.urdf.urdf_reader import parse_urdf
 from robust_ik.kinematics.svd import svd
 from robust_ik.singularities import proving

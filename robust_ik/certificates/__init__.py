@@ -15,13 +15,13 @@ The theorem is about the arm in `proof.arm`, in rational numbers; `proof.arm.cha
 robot. Proving needs python-flint, checking does not.
 """
 
-from robust_ik.certificates.bundle import Certificate
+from robust_ik.certificates.certificate import Certificate
 from robust_ik.certificates.certify import certify
-from robust_ik.certificates.checker import Verdict, check
-from robust_ik.certificates.json_values import CertificateError
-from robust_ik.certificates.proof import Proof
-from robust_ik.certificates.reading import Leaf, Place, leaves, word
-from robust_ik.certificates.relations import Relation
+from robust_ik.certificates.checker.check import Verdict, check
+from robust_ik.certificates.proof.joint_relations import Relation
+from robust_ik.certificates.proof.proof import Proof
+from robust_ik.certificates.proof.proof_leaves import Leaf, Place, leaves, word
+from robust_ik.certificates.proof.untrusted_json import CertificateError
 
 __all__ = [
     "Certificate",

@@ -14,8 +14,8 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from robust_ik.certificates.effort import Effort
-from robust_ik.certificates.exact_model import ExactArm, UnsupportedError, exact_arm
-from robust_ik.certificates.proof import Arm, Proof
+from robust_ik.certificates.proof.proof import Arm, Proof
+from robust_ik.certificates.prover.exact_arm import ExactArm, UnsupportedError, exact_arm
 from robust_ik.checks import checked_parameter
 from robust_ik.checks.public_arguments import checked
 from robust_ik.errors import InputError
@@ -81,8 +81,10 @@ def certify_plain(arm: Arm, corank: int) -> Proof:
 
 def best_proof(arm: ExactArm, corank: int, deadline: float, effort: Effort) -> Proof:
     """The proof from the first link that gives a whole one, else the best of several."""
-    from robust_ik.certificates.columns import middle_links  # python-flint is needed to prove, not to check
-    from robust_ik.certificates.split import split
+    from robust_ik.certificates.prover.case_split import split
+    from robust_ik.certificates.prover.jacobian_columns import (
+        middle_links,  # python-flint is needed to prove, not to check
+    )
 
     best: Proof | None = None
     for link in middle_links(arm)[:LINKS]:

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.certificates.certify import plain_arm
-from robust_ik.certificates.exact_model import UnsupportedError, exact_arm
-from robust_ik.certificates.floats import float_jacobian
-from robust_ik.certificates.proof import Arm
+from robust_ik.certificates.proof.float_jacobian import float_jacobian
+from robust_ik.certificates.proof.proof import Arm
+from robust_ik.certificates.prover.exact_arm import UnsupportedError, exact_arm
 from robust_ik.checks import Array, as_array, readonly
 from robust_ik.description.catalog import catalog
 from robust_ik.description.dh.dh_table import DHTable

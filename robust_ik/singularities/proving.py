@@ -9,8 +9,8 @@ from itertools import compress
 import numpy as np
 
 from robust_ik.certificates import Place, Proof, Verdict, check, leaves
-from robust_ik.certificates.members import members
-from robust_ik.certificates.proof import Arm
+from robust_ik.certificates.proof.leaf_points import members
+from robust_ik.certificates.proof.proof import Arm
 from robust_ik.checks import Array
 from robust_ik.singularities.confidence import Evidence, Status
 from robust_ik.singularities.kinematics import ScrewChain

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from robust_ik.certificates.proof import Arm
+from robust_ik.certificates.proof.proof import Arm
 from robust_ik.checks import Array
 from robust_ik.kinematics.twist_rows import ROWS
 

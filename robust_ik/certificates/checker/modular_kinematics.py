@@ -9,11 +9,11 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-from robust_ik.certificates.cases import Form
-from robust_ik.certificates.modpoly import UnluckyError, fraction
-from robust_ik.certificates.modular import Ring
-from robust_ik.certificates.proof import Arm
-from robust_ik.certificates.steps import spend
+from robust_ik.certificates.checker.modular_arithmetic import UnluckyError, fraction
+from robust_ik.certificates.checker.modular_rings import Ring
+from robust_ik.certificates.proof.case_tree import Form
+from robust_ik.certificates.proof.counted_steps import spend
+from robust_ik.certificates.proof.proof import Arm
 
 ROW_NAMES = ("x", "y", "z", "wx", "wy", "wz")
 

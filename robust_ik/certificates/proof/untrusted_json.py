@@ -6,7 +6,7 @@ import json
 import re
 from typing import Any
 
-from robust_ik.certificates.cases import Coefficients
+from robust_ik.certificates.proof.case_tree import Coefficients
 from robust_ik.errors import InputError
 
 MAX_DIGITS = 2_000

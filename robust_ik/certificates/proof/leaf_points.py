@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from robust_ik.certificates.reading import Place
+from robust_ik.certificates.proof.proof_leaves import Place
 from robust_ik.checks import Array
 
 STEPS, DIFFERENCE = 30, 1e-6

@@ -9,13 +9,13 @@ import time
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from robust_ik.certificates.cases import Node, State
-from robust_ik.certificates.columns import Columns
-from robust_ik.certificates.deciding import Case, Decision
 from robust_ik.certificates.effort import Effort, TooLargeError
-from robust_ik.certificates.exact_model import ExactArm
-from robust_ik.certificates.fields import Field, coefficients, poly
-from robust_ik.certificates.growing import factors, image
+from robust_ik.certificates.proof.case_tree import Node, State
+from robust_ik.certificates.prover.case_decision import Case, Decision
+from robust_ik.certificates.prover.child_cases import factors, image
+from robust_ik.certificates.prover.exact_arm import ExactArm
+from robust_ik.certificates.prover.jacobian_columns import Columns
+from robust_ik.certificates.prover.number_fields import Field, coefficients, poly
 
 MAX_NODES = 5000
 

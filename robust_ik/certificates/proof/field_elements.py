@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from robust_ik.certificates.cases import Coefficients
-from robust_ik.certificates.steps import spend
+from robust_ik.certificates.proof.case_tree import Coefficients
+from robust_ik.certificates.proof.counted_steps import spend
 
 
 def element_product(a: list[Fraction], b: list[Fraction], field: Coefficients) -> list[Fraction]:

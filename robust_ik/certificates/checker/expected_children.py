@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 
-from robust_ik.certificates.cases import Branch, Coefficients, Factor, Form, Pin, State
-from robust_ik.certificates.field_elements import reduced
-from robust_ik.certificates.roots import has_real_root
-from robust_ik.certificates.steps import spend
+from robust_ik.certificates.proof.case_tree import Branch, Coefficients, Factor, Form, Pin, State
+from robust_ik.certificates.proof.counted_steps import spend
+from robust_ik.certificates.proof.field_elements import reduced
+from robust_ik.certificates.proof.real_roots import has_real_root
 
 
 class RefusedError(Exception):

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from lxml import etree
 
-from robust_ik.certificates.rational import (
+from robust_ik.certificates.prover.rational_matrices import (
     IDENTITY,
     ORIGIN,
     ZERO,

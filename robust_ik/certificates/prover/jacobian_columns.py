@@ -11,12 +11,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from robust_ik.certificates.cases import State
-from robust_ik.certificates.exact_model import ExactArm, is_frame_free
-from robust_ik.certificates.fields import poly
-from robust_ik.certificates.rational import Matrix, Vector, cross, minus, plus, times, transpose, turn
-from robust_ik.certificates.rational import apply as rotate
-from robust_ik.certificates.trig import Pins, Trig
+from robust_ik.certificates.proof.case_tree import State
+from robust_ik.certificates.prover.exact_arm import ExactArm, is_frame_free
+from robust_ik.certificates.prover.number_fields import poly
+from robust_ik.certificates.prover.rational_matrices import Matrix, Vector, cross, minus, plus, times, transpose, turn
+from robust_ik.certificates.prover.rational_matrices import apply as rotate
+from robust_ik.certificates.prover.trig_polynomials import Pins, Trig
 from robust_ik.kinematics.twist_rows import ROWS
 
 

@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robust_ik.certificates.cases import RATIONAL, Coefficients, Node, Pin
-from robust_ik.certificates.proof import Arm, Proof
-from robust_ik.certificates.relations import Relation, relation, shown, shown_length
-from robust_ik.certificates.roots import real_roots
+from robust_ik.certificates.proof.case_tree import RATIONAL, Coefficients, Node, Pin
+from robust_ik.certificates.proof.joint_relations import Relation, relation, shown, shown_length
+from robust_ik.certificates.proof.proof import Arm, Proof
+from robust_ik.certificates.proof.real_roots import real_roots
 from robust_ik.checks import Array
 from robust_ik.checks.public_arguments import checked
 
 if TYPE_CHECKING:
-    from robust_ik.certificates.checker import Verdict
+    from robust_ik.certificates.checker.check import Verdict
 
 
 @dataclass(frozen=True, eq=False)

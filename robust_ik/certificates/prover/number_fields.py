@@ -13,7 +13,7 @@ from typing import Any
 from flint import Ordering, fmpq, fmpq_mpoly_ctx, fmpq_poly
 
 from robust_ik.certificates.effort import Effort, TooLargeError, height
-from robust_ik.certificates.roots import has_real_root
+from robust_ik.certificates.proof.real_roots import has_real_root
 
 Element = Any
 """An fmpq_poly in θ."""

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from robust_ik.certificates.checker import Verdict, check
-from robust_ik.certificates.json_values import CertificateError, a_list, an_object, read_json
-from robust_ik.certificates.proof import Proof
+from robust_ik.certificates.checker.check import Verdict, check
+from robust_ik.certificates.proof.proof import Proof
+from robust_ik.certificates.proof.untrusted_json import CertificateError, a_list, an_object, read_json
 from robust_ik.checks.public_arguments import checked
 from robust_ik.runtime.files import read_file
 from robust_ik.runtime.output_files import write_file

@@ -9,9 +9,9 @@ from functools import cached_property, reduce
 
 import numpy as np
 
-from robust_ik.certificates.cases import RATIONAL, Form, State
-from robust_ik.certificates.field_elements import element_product
-from robust_ik.certificates.proof import Arm
+from robust_ik.certificates.proof.case_tree import RATIONAL, Form, State
+from robust_ik.certificates.proof.field_elements import element_product
+from robust_ik.certificates.proof.proof import Arm
 from robust_ik.checks import Array
 
 Term = dict[tuple[tuple[int, int], ...], Fraction]

@@ -9,7 +9,7 @@ from typing import Any
 
 from flint import Ordering, fmpq, fmpq_mpoly_ctx
 
-from robust_ik.certificates.fields import Field
+from robust_ik.certificates.prover.number_fields import Field
 
 Pins = Mapping[int, tuple[Any, Any]]
 """Joint index → (x, y), elements of a field: (cos q/2 : sin q/2), or (1, d), of a joint that stands still."""

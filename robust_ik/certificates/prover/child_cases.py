@@ -8,11 +8,11 @@ from typing import Any
 
 from flint import fmpq_poly
 
-from robust_ik.certificates.cases import Branch, Coefficients, Factor, Form, Pin, State
-from robust_ik.certificates.factoring import Factored
-from robust_ik.certificates.fields import Component, Field, adjoin, coefficients, poly
-from robust_ik.certificates.halfangles import HalfAngles, Homogeneous
-from robust_ik.certificates.roots import has_real_root
+from robust_ik.certificates.proof.case_tree import Branch, Coefficients, Factor, Form, Pin, State
+from robust_ik.certificates.proof.real_roots import has_real_root
+from robust_ik.certificates.prover.factoring import Factored
+from robust_ik.certificates.prover.half_angle_forms import HalfAngles, Homogeneous
+from robust_ik.certificates.prover.number_fields import Component, Field, adjoin, coefficients, poly
 
 
 def factors(state: State, half: HalfAngles, found: Factored, node: Callable[[State], int]) -> tuple[Factor, ...]:

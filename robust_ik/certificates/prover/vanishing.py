@@ -8,7 +8,7 @@ from typing import Any
 
 from flint import fmpq_poly
 
-from robust_ik.certificates.halfangles import HalfAngles
+from robust_ik.certificates.prover.half_angle_forms import HalfAngles
 
 ORDERS = 6
 """How many orders of solving the relations are tried."""

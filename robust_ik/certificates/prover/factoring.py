@@ -12,7 +12,7 @@ from typing import Any
 from flint import fmpq_poly
 
 from robust_ik.certificates.effort import height
-from robust_ik.certificates.halfangles import HalfAngles, Homogeneous
+from robust_ik.certificates.prover.half_angle_forms import HalfAngles, Homogeneous
 
 
 @dataclass(frozen=True)

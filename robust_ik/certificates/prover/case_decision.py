@@ -8,16 +8,16 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from robust_ik.certificates.cases import Source, State
-from robust_ik.certificates.columns import Columns
 from robust_ik.certificates.effort import Effort, TooLargeError, height
-from robust_ik.certificates.exact_model import ExactArm
-from robust_ik.certificates.factoring import Factored, factor
-from robust_ik.certificates.fields import Field
-from robust_ik.certificates.halfangles import HalfAngles, Homogeneous
-from robust_ik.certificates.minors import Minor, reduced
-from robust_ik.certificates.trig import Trig
-from robust_ik.certificates.vanishing import divides, triangular, vanishes
+from robust_ik.certificates.proof.case_tree import Source, State
+from robust_ik.certificates.prover.exact_arm import ExactArm
+from robust_ik.certificates.prover.factoring import Factored, factor
+from robust_ik.certificates.prover.half_angle_forms import HalfAngles, Homogeneous
+from robust_ik.certificates.prover.jacobian_columns import Columns
+from robust_ik.certificates.prover.minors import Minor, reduced
+from robust_ik.certificates.prover.number_fields import Field
+from robust_ik.certificates.prover.trig_polynomials import Trig
+from robust_ik.certificates.prover.vanishing import divides, triangular, vanishes
 
 TRIALS = 30
 """How many minors are factored, the shortest first, to find the one to branch on."""

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from robust_ik.certificates.effort import Effort
-from robust_ik.certificates.fields import Element, coefficients
-from robust_ik.certificates.trig import Trig
+from robust_ik.certificates.prover.number_fields import Element, coefficients
+from robust_ik.certificates.prover.trig_polynomials import Trig
 
 
 @dataclass(frozen=True)

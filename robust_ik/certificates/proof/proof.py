@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, fields
 from functools import cache, cached_property
 from typing import Any
 
-from robust_ik.certificates.cases import Branch, Coefficients, Factor, Form, Node, Pin, Source, State
-from robust_ik.certificates.json_values import (
+from robust_ik.certificates.proof.case_tree import Branch, Coefficients, Factor, Form, Node, Pin, Source, State
+from robust_ik.certificates.proof.untrusted_json import (
     CertificateError,
     a_fraction,
     a_list,

@@ -6,12 +6,19 @@ import random
 from dataclasses import dataclass
 from typing import Any
 
-from robust_ik.certificates.cases import Factor, Form, Node, Source, State
-from robust_ik.certificates.expected import require, univariate
-from robust_ik.certificates.modpoly import UnluckyError, determinant, gcd, inverse, product, trimmed
-from robust_ik.certificates.modular import Element, Ring
-from robust_ik.certificates.proof import Proof
-from robust_ik.certificates.replay import Point, Replay, collect, evaluate, random_point
+from robust_ik.certificates.checker.expected_children import require, univariate
+from robust_ik.certificates.checker.modular_arithmetic import (
+    UnluckyError,
+    determinant,
+    gcd,
+    inverse,
+    product,
+    trimmed,
+)
+from robust_ik.certificates.checker.modular_kinematics import Point, Replay, collect, evaluate, random_point
+from robust_ik.certificates.checker.modular_rings import Element, Ring
+from robust_ik.certificates.proof.case_tree import Factor, Form, Node, Source, State
+from robust_ik.certificates.proof.proof import Proof
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,8 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from robust_ik.certificates.cases import Coefficients
-from robust_ik.certificates.modpoly import (
+from robust_ik.certificates.checker.modular_arithmetic import (
     UnluckyError,
     determinant_of_numbers,
     divide,
@@ -17,7 +16,8 @@ from robust_ik.certificates.modpoly import (
     times,
     trimmed,
 )
-from robust_ik.certificates.steps import spend
+from robust_ik.certificates.proof.case_tree import Coefficients
+from robust_ik.certificates.proof.counted_steps import spend
 
 
 class Element:

@@ -15,9 +15,9 @@ from typing import Any
 
 from flint import Ordering, fmpq_mpoly_ctx
 
-from robust_ik.certificates.cases import Form, State
 from robust_ik.certificates.effort import Effort
-from robust_ik.certificates.fields import Field, poly
+from robust_ik.certificates.proof.case_tree import Form, State
+from robust_ik.certificates.prover.number_fields import Field, poly
 
 
 @dataclass(frozen=True, eq=False)

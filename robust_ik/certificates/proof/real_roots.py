@@ -6,7 +6,7 @@ import math
 from fractions import Fraction
 from itertools import pairwise
 
-from robust_ik.certificates.steps import spend
+from robust_ik.certificates.proof.counted_steps import spend
 
 Poly = list[Fraction]
 

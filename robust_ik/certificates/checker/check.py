@@ -13,8 +13,7 @@ import random
 from dataclasses import dataclass
 from fractions import Fraction
 
-from robust_ik.certificates.cases import RATIONAL, Factor, Node, State
-from robust_ik.certificates.expected import (
+from robust_ik.certificates.checker.expected_children import (
     RefusedError,
     branch_child,
     check_branch,
@@ -23,13 +22,14 @@ from robust_ik.certificates.expected import (
     relation_child,
     require,
 )
-from robust_ik.certificates.json_values import CertificateError
-from robust_ik.certificates.leaves import check_inside, check_leaf
-from robust_ik.certificates.modpoly import UnluckyError, random_prime
-from robust_ik.certificates.points import Place, source_value
-from robust_ik.certificates.proof import Arm, Proof, from_json
-from robust_ik.certificates.replay import ROW_NAMES, is_rigid
-from robust_ik.certificates.steps import MOST, TooManyStepsError, at_most
+from robust_ik.certificates.checker.leaf_checks import check_inside, check_leaf
+from robust_ik.certificates.checker.modular_arithmetic import UnluckyError, random_prime
+from robust_ik.certificates.checker.modular_kinematics import ROW_NAMES, is_rigid
+from robust_ik.certificates.checker.random_points import Place, source_value
+from robust_ik.certificates.proof.case_tree import RATIONAL, Factor, Node, State
+from robust_ik.certificates.proof.counted_steps import MOST, TooManyStepsError, at_most
+from robust_ik.certificates.proof.proof import Arm, Proof, from_json
+from robust_ik.certificates.proof.untrusted_json import CertificateError
 from robust_ik.checks.public_arguments import checked
 
 ATTEMPTS = 20

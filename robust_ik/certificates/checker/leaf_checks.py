@@ -7,14 +7,14 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
-from robust_ik.certificates.cases import RATIONAL, Form, Node
-from robust_ik.certificates.expected import RefusedError, image, require
-from robust_ik.certificates.modpoly import UnluckyError, random_prime, random_root, rank
-from robust_ik.certificates.modular import Ring
-from robust_ik.certificates.points import Place
-from robust_ik.certificates.proof import Arm, Proof
-from robust_ik.certificates.replay import Point, Replay, collect, evaluate, random_point
-from robust_ik.certificates.steps import spend
+from robust_ik.certificates.checker.expected_children import RefusedError, image, require
+from robust_ik.certificates.checker.modular_arithmetic import UnluckyError, random_prime, random_root, rank
+from robust_ik.certificates.checker.modular_kinematics import Point, Replay, collect, evaluate, random_point
+from robust_ik.certificates.checker.modular_rings import Ring
+from robust_ik.certificates.checker.random_points import Place
+from robust_ik.certificates.proof.case_tree import RATIONAL, Form, Node
+from robust_ik.certificates.proof.counted_steps import spend
+from robust_ik.certificates.proof.proof import Arm, Proof
 
 TRIES = 200
 """How often a point on a leaf is looked for: relations have a root modulo about two primes of three."""

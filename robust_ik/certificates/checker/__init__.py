@@ -1,0 +1,1 @@
+"""Checks a proof by arithmetic of its own, modulo primes."""

@@ -1,0 +1,1 @@
+"""Finds a proof: exact kinematics, minors, factors and cases."""
