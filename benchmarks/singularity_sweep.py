@@ -25,10 +25,10 @@ from benchmarks.tables import markdown, parser, publish
 from robust_ik.description.catalog import EXAMPLES, Entry, catalog
 from robust_ik.description.urdf.urdf_reader import read_urdf
 from robust_ik.kinematics.svd import svd
-from robust_ik.singularities.atlas import SingularityAtlas
-from robust_ik.singularities.confidence import Status
-from robust_ik.singularities.constants import axes_at_zero, constants
-from robust_ik.singularities.strata import Stratum
+from robust_ik.singularities.atlas.atlas import SingularityAtlas
+from robust_ik.singularities.atlas.evidence import Status
+from robust_ik.singularities.families.stratum import Stratum
+from robust_ik.singularities.geometry.constants import axes_at_zero, constants
 
 JOINTS = (6, 7)
 COLUMNS = (

@@ -12,8 +12,9 @@ import pytest
 
 import robust_ik as rik
 from robust_ik.runtime.parallel import process_pool
-from robust_ik.singularities import find_singularities, search
-from robust_ik.singularities.confidence import Status
+from robust_ik.singularities import find_singularities
+from robust_ik.singularities.atlas import search
+from robust_ik.singularities.atlas.evidence import Status
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals of Unix")
 

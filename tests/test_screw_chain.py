@@ -10,10 +10,10 @@ from numpy.testing import assert_allclose, assert_array_equal
 import robust_ik as rik
 from robust_ik.kinematics.svd import full_svd
 from robust_ik.kinematics.twist_rows import ROWS
-from robust_ik.singularities.constants import axes_at_zero
-from robust_ik.singularities.descent import LONGEST_STEP, step
-from robust_ik.singularities.kinematics import ScrewChain
-from robust_ik.singularities.residual import Residual
+from robust_ik.singularities.find.projection_search import LONGEST_STEP, step
+from robust_ik.singularities.find.rank_residual import Residual
+from robust_ik.singularities.geometry.constants import axes_at_zero
+from robust_ik.singularities.geometry.screw_chain import ScrewChain
 from tests import screw_chain_reference as reference
 from tests.test_kinematics import chains
 

@@ -6,11 +6,11 @@ from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
 import robust_ik as rik
-from robust_ik.singularities.directions import lost_motion
-from robust_ik.singularities.landmarks import Axes, landmarks
-from robust_ik.singularities.sparse import sparse_basis
-from robust_ik.singularities.words import in_words
-from robust_ik.singularities.wrench import WrenchScrew
+from robust_ik.singularities.lost_motion.axis_landmarks import Axes, landmarks
+from robust_ik.singularities.lost_motion.lost_motion import lost_motion
+from robust_ik.singularities.lost_motion.sparse_basis import sparse_basis
+from robust_ik.singularities.lost_motion.wording import in_words
+from robust_ik.singularities.lost_motion.wrench_screw import WrenchScrew
 
 PI = np.pi
 FOREARM = "the line through the point where axes 3, 4 and 5 meet and the point where axes 5, 6 and 7 meet"

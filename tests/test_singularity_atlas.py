@@ -9,10 +9,10 @@ from rich.console import Console
 import robust_ik as rik
 from robust_ik.errors import InputError, LoadError, TipError
 from robust_ik.kinematics.svd import svd
-from robust_ik.singularities.atlas import NoSingularitiesError, SingularityAtlas
-from robust_ik.singularities.confidence import Status, missing_mass
-from robust_ik.singularities.search import find_singularities
-from robust_ik.singularities.storage import to_plain
+from robust_ik.singularities.atlas.atlas import NoSingularitiesError, SingularityAtlas
+from robust_ik.singularities.atlas.atlas_json import to_plain
+from robust_ik.singularities.atlas.evidence import Status, missing_mass
+from robust_ik.singularities.atlas.search import find_singularities
 
 PA10 = {
     1: {

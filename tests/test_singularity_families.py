@@ -8,14 +8,14 @@ import pytest
 
 import robust_ik as rik
 from robust_ik.kinematics.svd import svd
-from robust_ik.singularities.completing import completed
-from robust_ik.singularities.confidence import Status
-from robust_ik.singularities.folded import folded_leaves
-from robust_ik.singularities.leaves import sound
-from robust_ik.singularities.merging import joined
-from robust_ik.singularities.search import find_singularities
-from robust_ik.singularities.storage import to_plain
-from robust_ik.singularities.survey import accounts
+from robust_ik.singularities.atlas.atlas_json import to_plain
+from robust_ik.singularities.atlas.evidence import Status
+from robust_ik.singularities.atlas.search import find_singularities
+from robust_ik.singularities.families.degenerate_leaves import folded_leaves
+from robust_ik.singularities.families.leaf import sound
+from robust_ik.singularities.families.leaf_guesses import completed
+from robust_ik.singularities.families.leaf_merging import joined
+from robust_ik.singularities.families.leaf_survey import accounts
 
 QUARTER = np.pi / 2
 POSITION, FULL = ("x", "y", "z"), ("x", "y", "z", "wx", "wy", "wz")

@@ -9,11 +9,11 @@ from numpy.testing import assert_allclose, assert_array_equal
 import robust_ik as rik
 from robust_ik.description.catalog import catalog
 from robust_ik.kinematics.svd import full_svd
-from robust_ik.singularities.finder import find_points, local_dimensions, project
-from robust_ik.singularities.gradient import rotated_gradients
-from robust_ik.singularities.kinematics import ScrewChain
-from robust_ik.singularities.points import Points
-from robust_ik.singularities.residual import Residual, coranks, ranks
+from robust_ik.singularities.find.gradient_search import rotated_gradients
+from robust_ik.singularities.find.random_starts import find_points, local_dimensions, project
+from robust_ik.singularities.find.rank_residual import Residual, coranks, ranks
+from robust_ik.singularities.find.singular_points import Points
+from robust_ik.singularities.geometry.screw_chain import ScrewChain
 from tests.test_kinematics import EXAMPLE_NAMES, WITHOUT_JOINTS, chains
 
 OURS = [name for name, entry in catalog().items() if entry.source == "robust_ik"]
@@ -261,7 +261,7 @@ def test_the_same_seed_gives_the_same_points_and_another_one_others():
 def test_progress_is_told_and_chunks_change_no_point(monkeypatch):
     starts, told = chain("ur5").random(np.random.default_rng(0), 50), []
     whole = find_points(chain("ur5"), 1, starts)
-    monkeypatch.setattr("robust_ik.singularities.finder.CHUNK", 20)
+    monkeypatch.setattr("robust_ik.singularities.find.random_starts.CHUNK", 20)
     parts = find_points(chain("ur5"), 1, starts, progress=lambda done, total: told.append((done, total)))
     assert told == [(20, 50), (40, 50), (50, 50)]
     assert_allclose(parts.values, whole.values, atol=1e-9)

@@ -14,11 +14,11 @@ from robust_ik.certificates import Certificate, Proof, Verdict, leaves
 from robust_ik.certificates.proof.leaf_points import members
 from robust_ik.description.urdf.urdf_reader import parse_urdf
 from robust_ik.kinematics.svd import svd
-from robust_ik.singularities import proving
-from robust_ik.singularities.atlas import SingularityAtlas
-from robust_ik.singularities.confidence import Status
-from robust_ik.singularities.coranks import judged
-from robust_ik.singularities.work import work_of
+from robust_ik.singularities.atlas import proof_evidence as proving
+from robust_ik.singularities.atlas.atlas import SingularityAtlas
+from robust_ik.singularities.atlas.corank_search import judged
+from robust_ik.singularities.atlas.evidence import Status
+from robust_ik.singularities.atlas.search_state import work_of
 
 CERTIFIED = ("pa10", "panda", "puma560", "ur5", "duleba_3r", "planar_3r", "xarm7", "talos_arm", "kinova")
 

@@ -7,13 +7,13 @@ from numpy.testing import assert_allclose
 import robust_ik as rik
 from robust_ik.kinematics.svd import svd
 from robust_ik.singularities import find_singularities, trace
-from robust_ik.singularities.angles import wrapped
-from robust_ik.singularities.descent import project
-from robust_ik.singularities.following import STEP, followed
-from robust_ik.singularities.leaving import way_out
-from robust_ik.singularities.lost import lost_along
-from robust_ik.singularities.strolling import stroll
-from robust_ik.singularities.within import slack
+from robust_ik.singularities.conditions.angle_sums import wrapped
+from robust_ik.singularities.families.limit_margin import slack
+from robust_ik.singularities.find.projection_search import project
+from robust_ik.singularities.lost_motion.along_a_stratum import lost_along
+from robust_ik.singularities.lost_motion.way_out import way_out
+from robust_ik.singularities.trace.continuation import STEP, followed
+from robust_ik.singularities.trace.family_tour import stroll
 
 ARMS = ("almarkhi_4dof", "duleba_3r", "puma560", "slider")
 

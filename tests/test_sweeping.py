@@ -15,7 +15,7 @@ import pytest
 
 import robust_ik as rik
 from robust_ik.runtime.parallel import parts, process_pool, run_pieces, seed_of
-from robust_ik.singularities.storage import to_plain
+from robust_ik.singularities.atlas.atlas_json import to_plain
 
 CALLER = os.getpid()
 

@@ -10,7 +10,7 @@ import numpy as np
 import robust_ik as rik
 from robust_ik.description.catalog import find
 from robust_ik.kinematics.singular_value_gradients import closed_form_hessian, singular_value_gradient
-from robust_ik.singularities.kinematics import ScrewChain
+from robust_ik.singularities.geometry.screw_chain import ScrewChain
 
 FIG_1, FIG_2, FIG_3 = (91, 0.01), (239, 0.02), 229
 """Stand-ins: number of a start and α for the plain descents, a start for the rotated one.

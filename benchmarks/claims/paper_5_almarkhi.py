@@ -29,12 +29,12 @@ from benchmarks.claims.claim import Claim
 from benchmarks.claims.spread import Spread, spread
 from robust_ik.checks import Array
 from robust_ik.description.catalog import find
-from robust_ik.singularities.descent import Search, project
-from robust_ik.singularities.finder import find_points
-from robust_ik.singularities.gradient import gradient_search
-from robust_ik.singularities.history import descend
-from robust_ik.singularities.kinematics import ScrewChain
-from robust_ik.singularities.sparse import sparse_basis
+from robust_ik.singularities.find.gradient_history import descend
+from robust_ik.singularities.find.gradient_search import gradient_search
+from robust_ik.singularities.find.projection_search import Search, project
+from robust_ik.singularities.find.random_starts import find_points
+from robust_ik.singularities.geometry.screw_chain import ScrewChain
+from robust_ik.singularities.lost_motion.sparse_basis import sparse_basis
 
 STAND_INS = "robot, start and step are not told: PA-10, a start picked out of 300"
 

@@ -82,9 +82,7 @@ def certify_plain(arm: Arm, corank: int) -> Proof:
 def best_proof(arm: ExactArm, corank: int, deadline: float, effort: Effort) -> Proof:
     """The proof from the first link that gives a whole one, else the best of several."""
     from robust_ik.certificates.prover.case_split import split
-    from robust_ik.certificates.prover.jacobian_columns import (
-        middle_links,  # python-flint is needed to prove, not to check
-    )
+    from robust_ik.certificates.prover.jacobian_columns import middle_links
 
     best: Proof | None = None
     for link in middle_links(arm)[:LINKS]:

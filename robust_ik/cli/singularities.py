@@ -135,7 +135,7 @@ def verify(
     ],
 ) -> None:
     """Check proofs of where an arm is singular, without trusting what made them."""
-    from robust_ik.singularities import storage  # only where it is needed
+    from robust_ik.singularities.atlas import atlas_json as storage  # only where it is needed
 
     path, content = read_file(certificate, LARGEST_FILE)
     proofs = storage.certificate_in(path, content)

@@ -21,10 +21,10 @@ from robust_ik.display.stage import Entry, animation_data, missing_notice, node_
 from robust_ik.errors.safe_text import in_html
 from robust_ik.robot.robot import Robot
 from robust_ik.runtime.output_files import write_file
-from robust_ik.singularities.atlas import SingularityAtlas
-from robust_ik.singularities.facts import RobotFacts
-from robust_ik.singularities.lost import FLAT
-from robust_ik.singularities.strolling import within_limits
+from robust_ik.singularities.atlas.atlas import SingularityAtlas
+from robust_ik.singularities.conditions.arm_record import RobotFacts
+from robust_ik.singularities.lost_motion.along_a_stratum import FLAT
+from robust_ik.singularities.trace.family_tour import within_limits
 
 PURE = 1e-6
 """A translation with less rotation than this is pure, and the other way round."""

@@ -13,9 +13,9 @@ from robust_ik.display.torus import Axis, pairs, strokes
 from robust_ik.errors import InputError
 from robust_ik.errors.safe_text import in_figure
 from robust_ik.runtime.output_files import check_figure
-from robust_ik.singularities.atlas import SingularityAtlas
-from robust_ik.singularities.strata import Stratum
-from robust_ik.singularities.tracing import Curve, trace
+from robust_ik.singularities.atlas.atlas import SingularityAtlas
+from robust_ik.singularities.families.stratum import Stratum
+from robust_ik.singularities.trace.coupled_curves import Curve, trace
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -19,8 +19,8 @@ from robust_ik.display.family_words import (
 from robust_ik.display.panels import curve_panels
 from robust_ik.display.results import number
 from robust_ik.errors.safe_text import in_html
-from robust_ik.singularities.facts import RobotFacts
-from robust_ik.singularities.tables import cells
+from robust_ik.singularities.atlas.atlas_tables import cells
+from robust_ik.singularities.conditions.arm_record import RobotFacts
 
 COLUMNS = 5
 

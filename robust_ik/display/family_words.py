@@ -6,12 +6,12 @@ import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.display.results import number
-from robust_ik.singularities.angles import wrapped
-from robust_ik.singularities.directions import LostMotion
-from robust_ik.singularities.facts import RobotFacts
-from robust_ik.singularities.lost import FLAT
-from robust_ik.singularities.strata import Stratum
-from robust_ik.singularities.wrench import WrenchScrew
+from robust_ik.singularities.conditions.angle_sums import wrapped
+from robust_ik.singularities.conditions.arm_record import RobotFacts
+from robust_ik.singularities.families.stratum import Stratum
+from robust_ik.singularities.lost_motion.along_a_stratum import FLAT
+from robust_ik.singularities.lost_motion.lost_motion import LostMotion
+from robust_ik.singularities.lost_motion.wrench_screw import WrenchScrew
 
 NOTHING = 5e-7
 """A part of a direction that is smaller than this is rounding."""

@@ -7,8 +7,8 @@ import numpy as np
 from robust_ik.checks import Array
 from robust_ik.display.torus import Axis, pairs, strokes
 from robust_ik.errors.safe_text import in_html
-from robust_ik.singularities.kinematics import ScrewChain
-from robust_ik.singularities.tracing import Curve
+from robust_ik.singularities.geometry.screw_chain import ScrewChain
+from robust_ik.singularities.trace.coupled_curves import Curve
 
 SIDE, LEFT, BOTTOM, RIGHT, TOP = 200.0, 34.0, 30.0, 12.0, 8.0
 """Of the square that is drawn in, and the margins round it."""

@@ -8,8 +8,8 @@ from itertools import combinations
 import numpy as np
 
 from robust_ik.checks import Array
-from robust_ik.singularities.kinematics import ScrewChain
-from robust_ik.singularities.tracing import Curve
+from robust_ik.singularities.geometry.screw_chain import ScrewChain
+from robust_ik.singularities.trace.coupled_curves import Curve
 
 MOST_PANELS = 6
 MOST_POINTS = 500

@@ -1,13 +1,13 @@
 """Singular configurations of an arm: found, told apart, named; and what is lost there."""
 
-from robust_ik.singularities.atlas import NoSingularitiesError, SingularityAtlas
-from robust_ik.singularities.confidence import Evidence, Status
-from robust_ik.singularities.directions import LostMotion
-from robust_ik.singularities.lost import Lost
-from robust_ik.singularities.search import find_singularities
-from robust_ik.singularities.strata import Stratum
-from robust_ik.singularities.tracing import Curve, trace
-from robust_ik.singularities.wrench import WrenchScrew
+from robust_ik.singularities.atlas.atlas import NoSingularitiesError, SingularityAtlas
+from robust_ik.singularities.atlas.evidence import Evidence, Status
+from robust_ik.singularities.atlas.search import find_singularities
+from robust_ik.singularities.families.stratum import Stratum
+from robust_ik.singularities.lost_motion.along_a_stratum import Lost
+from robust_ik.singularities.lost_motion.lost_motion import LostMotion
+from robust_ik.singularities.lost_motion.wrench_screw import WrenchScrew
+from robust_ik.singularities.trace.coupled_curves import Curve, trace
 
 __all__ = [
     "Curve",

@@ -19,7 +19,7 @@ from robust_ik.description.joint_tree import Mesh
 from robust_ik.description.meshes.mesh_files import UnreadableMeshError, read_mesh
 from robust_ik.errors import LONGEST_MESSAGE, RobustIKError
 from robust_ik.simulation.scenarios.scenario_toml import read_scenario
-from robust_ik.singularities import storage
+from robust_ik.singularities.atlas import atlas_json as storage
 from tests.attack.guards import WATCH, TooSlowError, within
 
 COUNTS = {"short": 300, "full": 100_000}

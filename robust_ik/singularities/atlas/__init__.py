@@ -1,0 +1,1 @@
+"""All families of an arm: the search, its state, the table and its file."""

@@ -1,0 +1,164 @@
+"""The work on one corank: search, read, prove, hold out. Arrays only."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from robust_ik.singularities.atlas.evidence import Evidence, Status
+from robust_ik.singularities.atlas.search_pieces import CHUNK, Chunk, ProofOf
+from robust_ik.singularities.atlas.search_state import Work
+from robust_ik.singularities.families.leaf_merging import joined
+from robust_ik.singularities.families.leaf_survey import accounts, survey, uncovered
+from robust_ik.singularities.find.singular_points import Points
+
+PROBE = CHUNK
+"""Starts after which a corank that none led to counts as not there."""
+HOLDOUTS = 2
+"""A hold-out that met something new is used to extend the list, and another one made."""
+
+
+def begin(work: Work, coranks: Sequence[int], starts: int) -> None:
+    """Does at once what the work on every corank begins with, if there is an executor.
+
+    What it does of coranks that do not exist is in vain, but costs only time of workers that would be idle.
+    """
+    if work.executor is not None:
+        work.run_ahead([piece for corank in coranks for piece in _beginning(work, corank, starts)])
+
+
+def _beginning(work: Work, corank: int, starts: int) -> list[Chunk | ProofOf]:
+    return [*work.proof(corank), *work.search(corank, min(starts, PROBE), 1)]
+
+
+def read_corank(work: Work, corank: int, starts: int) -> bool:
+    """Searches one corank, tries a proof and reads the leaves; whether there is one.
+
+    A proof that was made before is used again: it is about the arm, not about the list.
+    """
+    work.evidence[corank] = _add(work, corank, Evidence(corank, Status.INTERRUPTED, 0, 0, 0))
+    parts, tried = work.run(_beginning(work, corank, starts))
+    work.proven.update({each.proof.corank: each for each in tried})
+    found = _read_points(work, corank, starts, parts)
+    if work.settings.certified:
+        found |= _read_proof(work, corank)
+    return found
+
+
+def _read_points(work: Work, corank: int, starts: int, parts: list[Points]) -> bool:
+    """Reads leaves from the points of the first starts and of the others; whether there is one."""
+    if sum(len(part) for part in parts) == 0 and not work.of(corank):
+        floor = min(float(part.floors.min(initial=1.0)) for part in parts)
+        tried = sum(part.failed for part in parts) + work.evidence[corank].starts
+        work.evidence[corank] = Evidence(corank, Status.NONE_FOUND, tried, 0, 0, fresh=tried, floor=floor)
+        return False
+    if starts > PROBE:
+        parts = [*parts, *work.run(work.search(corank, starts - PROBE, 2))[0]]
+    values = np.concatenate([part.values for part in parts])
+    exact = np.concatenate([part.coranks for part in parts]) == corank
+    found = survey(work.facts.chain, corank, values[exact], work.rng(corank, 3), known=work.of(corank))
+    work.leaves = [leaf for leaf in work.leaves if leaf.corank != corank] + list(found.leaves)
+    work.unread[corank] = values[exact][~found.explained]
+    added = Evidence(
+        corank, Status.INTERRUPTED, sum(len(part) + part.failed for part in parts), len(values), int(exact.sum()),
+        rejected=found.rejected,
+    )  # fmt: skip
+    work.evidence[corank] = _add(work, corank, added)
+    return True
+
+
+def _add(work: Work, corank: int, new: Evidence) -> Evidence:
+    """The counts of earlier searches and of this one."""
+    old = work.evidence.get(corank)
+    if old is None:
+        return new
+    return replace(
+        new, starts=old.starts + new.starts, found=old.found + new.found, exact=old.exact + new.exact,
+        rejected=old.rejected + new.rejected, floor=0.0,
+    )  # fmt: skip
+
+
+def hold_out(work: Work, coranks: Sequence[int], starts: int) -> None:
+    """Fresh starts against the frozen lists; what they meet that is not in them is read, and others are made.
+
+    Few, and only to hold them against it, where there is an accepted proof.
+    """
+    fresh = {corank: _fresh(work, corank, starts) for corank in coranks}
+    first, _ = work.run([chunk for corank in coranks for chunk in work.search(corank, fresh[corank], 10)])
+    for corank in coranks:
+        points = [part for part in first if part.corank == corank]
+        for attempt in range(HOLDOUTS):
+            if attempt > 0:
+                points, _ = work.run(work.search(corank, fresh[corank], 10 + attempt))
+            if not _extended(work, corank, Points.joined(points), attempt):
+                break
+
+
+def _extended(work: Work, corank: int, points: Points, attempt: int) -> bool:
+    """Holds points against the list; whether it became longer and another hold-out is to be made."""
+    new = ~work.accounted(corank, points)
+    work.evidence[corank] = replace(
+        work.evidence[corank], status=Status.ESTIMATE, fresh=len(points) + points.failed, unmatched=int(new.sum())
+    )
+    if not new.any() or attempt == HOLDOUTS - 1:
+        return False
+    exact = points.values[new & (points.coranks == corank)]
+    found = survey(work.facts.chain, corank, exact, work.rng(corank, 20 + attempt), known=work.of(corank))
+    if len(found.leaves) == len(work.of(corank)):
+        return False
+    work.leaves = [leaf for leaf in work.leaves if leaf.corank != corank] + list(found.leaves)
+    return True
+
+
+def _fresh(work: Work, corank: int, starts: int) -> int:
+    return min(starts, PROBE) if corank in work.proven and work.proven[corank].accepted else starts
+
+
+def _read_proof(work: Work, corank: int) -> bool:
+    """Reads what a proof of one corank has that the list lacks; whether there is any leaf."""
+    proven = work.proven[corank]
+    lacking = proven.unlisted(work.facts.chain, work.of(corank), only=True)
+    if len(lacking):
+        # A curve would account for these points too: it is put aside until they have been read.
+        curves = [leaf for leaf in work.of(corank) if leaf.curve]
+        others = [leaf for leaf in work.of(corank) if not leaf.curve]
+        found = survey(work.facts.chain, corank, lacking, work.rng(corank, 30), known=others)
+        work.leaves = [leaf for leaf in work.leaves if leaf.corank != corank] + uncovered(
+            joined([*curves, *found.leaves])
+        )
+    return bool(work.of(corank))
+
+
+def say_what_is_left(work: Work, coranks: Sequence[int]) -> None:
+    """Marks the coranks that an interrupted search did not come to."""
+    if not any(each.status is Status.NONE_FOUND for each in work.evidence.values()):
+        for corank in coranks:
+            work.evidence.setdefault(corank, Evidence(corank, Status.INTERRUPTED, 0, 0, 0))
+
+
+def unjudged(work: Work) -> tuple[Evidence, ...]:
+    """The evidence of lists that are not whole, so that nothing can be held against them."""
+    evidence = [each for _, each in sorted(work.evidence.items())]
+    return tuple(replace(each, status=Status.INTERRUPTED, fresh=0, unmatched=0, proof="") for each in evidence)
+
+
+def judged(work: Work) -> tuple[Evidence, ...]:
+    """The evidence of every corank once lists and proofs are final and held against each other.
+
+    What was certified without a proof at hand is not certified.
+    """
+    found, only = [], work.settings.corank is not None
+    for corank, evidence in sorted(work.evidence.items()):
+        proven = work.proven.get(corank)
+        if corank in work.unread:
+            unexplained = int(np.sum(~accounts(work.facts.chain, corank, work.of(corank), work.unread[corank])))
+            evidence = replace(evidence, unexplained=unexplained)
+        if proven is None:
+            found.append(replace(evidence, status=evidence.estimated, cases=0, leaves=0))
+            continue
+        listed = [leaf for leaf in work.leaves if leaf.corank >= corank]
+        unlisted = len(proven.unlisted(work.facts.chain, listed, only=only))
+        found.append(proven.judged(evidence, unlisted, proven.strays(work.facts.chain, listed)))
+    return tuple(found)

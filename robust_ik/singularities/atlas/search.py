@@ -1,0 +1,154 @@
+"""find_singularities: from a robot to its atlas."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from robust_ik.certificates import Certificate
+from robust_ik.checks import checked_parameter
+from robust_ik.checks.public_arguments import checked
+from robust_ik.errors import InputError
+from robust_ik.runtime.parallel import parts, seed_of
+from robust_ik.runtime.progress import Told
+from robust_ik.singularities.atlas.atlas import Settings, SingularityAtlas
+from robust_ik.singularities.atlas.corank_search import (
+    begin,
+    hold_out,
+    judged,
+    read_corank,
+    say_what_is_left,
+    unjudged,
+)
+from robust_ik.singularities.atlas.search_pieces import CHUNK
+from robust_ik.singularities.atlas.search_state import Tally, Work, work_of
+from robust_ik.singularities.conditions.arm_record import RobotFacts
+from robust_ik.singularities.families.stratum import Stratum
+from robust_ik.singularities.families.stratum_rows import make_rows
+from robust_ik.singularities.find.projection_search import TOLERANCE
+from robust_ik.singularities.find.random_starts import Method
+from robust_ik.singularities.find.rank_residual import check_corank
+
+if TYPE_CHECKING:
+    from robust_ik.description.dh.dh_table import DHTable
+    from robust_ik.robot.robot import Robot
+
+STARTS = 1500
+DEFAULT_SEED = 0
+
+
+@checked
+def find_singularities(
+    robot: Robot,
+    corank: int | None = None,
+    *,
+    starts: int = STARTS,
+    rng: np.random.Generator | int | None = None,
+    rows: Sequence[str] | None = None,
+    length_scale: float | None = None,
+    tolerance: float = TOLERANCE,
+    method: Method = "projection",
+    table: DHTable | None = None,
+    snap: bool = False,
+    certify: bool = True,
+    executor: Executor | None = None,
+    progress: Told | None = None,
+) -> SingularityAtlas:
+    """Every family of singular configurations of every corank that random starts lead to, whatever the joint limits.
+
+    Args:
+        robot: An arm with a tip.
+        corank: Only this one; by default all up to the last that exists.
+        starts: Random starts for each corank.
+        rng: A seed, or a generator to draw one from; by default always the same.
+        rows: Task rows, of x y z wx wy wz; default the robot's. Those that it cannot move are left out, with a word.
+        length_scale: Length by which linear rows are divided, 0.001 to 1000 m; default 1. Strata do not depend on it,
+            σ does.
+        tolerance: ‖r‖/σ₁ that counts as zero, r being the k smallest singular values.
+        method: "projection" (Levenberg-Marquardt), or "gradient", the paper's own, to compare.
+        table: DH table whose lengths name coefficients; by default that of a robot of the catalogue.
+        snap: Whether the geometry with every nearly exact angle exact is what is meant. It is what is analysed in any
+            case; without `snap` the floor of σ of the model as given is told as well.
+        certify: Whether to try exact proofs that the lists are complete, with a bounded effort.
+        executor: Who searches and proves, any `concurrent.futures.Executor`; by default this process. The atlas is the
+            same, to the last bit.
+        progress: Called with (steps done, steps in all).
+
+    Returns:
+        The atlas; where Ctrl-C stopped the search, what it had found, so marked. A second one, while that is put in
+        order, leaves out what is not ready.
+
+    Raises:
+        TipError: The robot was loaded whole, without a tip.
+        InputError: There can be no such corank, or a parameter is out of range.
+    """
+    facts = RobotFacts.of(robot, rows, length_scale, table, snap)
+    if isinstance(starts, bool) or not isinstance(starts, (int, np.integer)) or starts < 1:
+        raise InputError(f"starts must be a whole number of at least 1, got {starts!r}")
+    if corank is not None:
+        check_corank(facts.chain, corank)
+        corank = int(corank)
+    tolerance = checked_parameter("tolerance", tolerance, above=0, below=1e-6)
+    if not isinstance(method, str):
+        raise InputError(f"method must be 'projection' or 'gradient', got {method!r}")
+    settings = Settings(corank, seed_of(rng, DEFAULT_SEED), int(starts), tolerance, method, bool(certify))
+    return _searched(Work(facts, settings, executor=executor), int(starts), progress)
+
+
+@checked
+def extend(
+    atlas: SingularityAtlas, starts: int, executor: Executor | None = None, progress: Told | None = None
+) -> SingularityAtlas:
+    """An atlas after so many more starts for each corank; see `SingularityAtlas.extended`."""
+    if isinstance(starts, bool) or not isinstance(starts, (int, np.integer)) or starts < 1:
+        raise InputError(f"starts must be a whole number of at least 1, got {starts!r}")
+    work = work_of(atlas)
+    work.settings = replace(atlas.settings, starts=atlas.settings.starts + int(starts))
+    work.executor = executor
+    return _searched(work, int(starts), progress)
+
+
+def _searched(work: Work, starts: int, progress: Told | None) -> SingularityAtlas:
+    interrupted = False
+    try:
+        _search(work, starts, progress)
+    except KeyboardInterrupt:
+        interrupted = True
+        say_what_is_left(work, _wanted(work))
+    strata: list[Stratum] = []
+    try:
+        for made in make_rows(work.facts, work.leaves, work.rng(0, 9)):
+            strata += made
+        evidence = judged(work)
+    except KeyboardInterrupt:
+        interrupted, evidence = True, unjudged(work)
+    proofs = tuple(work.proven[k].proof for k in sorted(work.proven))
+    return SingularityAtlas(
+        work.facts, tuple(strata), evidence, work.settings, interrupted, Certificate(proofs) if proofs else None
+    )
+
+
+def _wanted(work: Work) -> list[int]:
+    """The coranks to be looked for, as long as there are any."""
+    return [work.settings.corank] if work.settings.corank else list(range(1, work.facts.chain.m + 1))
+
+
+def _search(work: Work, starts: int, progress: Told | None) -> None:
+    """The work, step by step: every corank is searched, proved if it can be and read, then all are held out."""
+    wanted = _wanted(work)
+    chunks = len(parts(starts, CHUNK))
+    steps = chunks + 2  # and a proof, and the reading
+    work.tally = Tally(progress, len(wanted) * (steps + chunks))
+    begin(work, wanted, starts)
+    for index, corank in enumerate(wanted):
+        work.tally.reach(index * steps)
+        if not read_corank(work, corank, starts):
+            wanted = wanted[: index + 1]
+            break
+    work.tally.reach(work.tally.total - len(wanted) * chunks)
+    hold_out(work, [corank for corank in wanted if work.of(corank)], starts)
+    work.tally.reach(work.tally.total)

@@ -1,0 +1,82 @@
+"""What of an atlas's work depends on its arguments alone, so that anyone may do it: chunks of a search, and proofs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from robust_ik.certificates import Proof
+from robust_ik.certificates.certify import certify_plain
+from robust_ik.certificates.proof.proof import Arm
+from robust_ik.runtime.parallel import parts
+from robust_ik.singularities.atlas.proof_evidence import Proven
+from robust_ik.singularities.find.random_starts import Method, find_points
+from robust_ik.singularities.find.singular_points import Points
+from robust_ik.singularities.geometry.screw_chain import ScrewChain
+
+CHUNK = 500
+"""Starts in a piece. With more, products of their matrices would be split among threads where there are some."""
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """Random starts for one corank.
+
+    Attributes:
+        chain: What moves the tip.
+        corank: What is looked for.
+        starts: How many.
+        seed: Of this chunk alone.
+        method: "projection" or "gradient".
+        tolerance: ‖r‖/σ₁ that counts as zero.
+    """
+
+    chain: ScrewChain
+    corank: int
+    starts: int
+    seed: tuple[int, ...]
+    method: Method
+    tolerance: float
+
+    def run(self) -> Points:
+        """What the starts lead to."""
+        return find_points(
+            self.chain, self.corank, self.starts, np.random.default_rng(self.seed),
+            method=self.method, tolerance=self.tolerance, measured=False,
+        )  # fmt: skip
+
+    def split(self) -> list[Chunk]:
+        """Chunks of at most CHUNK starts in its place, each with a seed of its own: the first with this one."""
+        return [
+            replace(self, starts=size, seed=(*self.seed, index) if index else self.seed)
+            for index, size in enumerate(parts(self.starts, CHUNK))
+        ]
+
+
+@dataclass(frozen=True)
+class ProofOf:
+    """A proof to be tried for one corank, and checked.
+
+    Attributes:
+        chain: The geometry of the atlas.
+        arm: The same in rational numbers; None where there is none.
+        inexact: Why there is none.
+        corank: What it is about.
+    """
+
+    chain: ScrewChain
+    arm: Arm | None
+    inexact: str
+    corank: int
+
+    def run(self) -> Proven:
+        """What came of it."""
+        plain = Proof(None, self.corank, reason=self.inexact)
+        proof = plain if self.arm is None else certify_plain(self.arm, self.corank)
+        return Proven.of(self.chain, self.arm, proof)
+
+
+def run(piece: Chunk | ProofOf) -> Points | Proven:
+    """What comes of a piece."""
+    return piece.run()

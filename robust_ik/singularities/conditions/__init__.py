@@ -1,0 +1,1 @@
+"""Conditions on joint values that make an arm singular: sums of angles, relations fitted to points, their notation."""

@@ -1,0 +1,103 @@
+"""Angle: one joint value, or the sum of several as where axes are parallel. Arrays only."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from robust_ik.checks import Array
+from robust_ik.singularities.geometry.screw_chain import REFERENCE, ScrewChain
+
+PARALLEL = 1e-9
+"""Axes whose directions differ by less are parallel: 1 − |cos| of the angle between them."""
+
+
+@dataclass(frozen=True, order=True)
+class Angle:
+    """Σ sign · q_joint: a joint's value, or an integer combination of several.
+
+    Attributes:
+        joints: Indices from 0, ascending.
+        signs: 1 or −1 for each.
+        period: After how much it comes back to the same pose; infinite for a joint that slides.
+    """
+
+    joints: tuple[int, ...]
+    signs: tuple[int, ...]
+    period: float
+
+    def of(self, values: Array) -> Array:
+        """Its value at joint values (..., n), (...); not wrapped."""
+        return np.asarray(sum(sign * values[..., joint] for joint, sign in zip(self.joints, self.signs)))
+
+    def row(self, n: int) -> Array:
+        """Its derivative by the n joint values, (n,)."""
+        row = np.zeros(n)
+        row[list(self.joints)] = self.signs
+        return row
+
+    def wrapped(self, difference: Array | float) -> Array:
+        """A difference of two of its values, the short way round: in (−π, π] for an angle."""
+        return wrapped(difference, self.period)
+
+    def moved(self, values: Array, to: Array | float) -> Array:
+        """Joint values whose last joint of the combination is changed so that the angle is `to`, (..., n)."""
+        values = np.array(values)
+        values[..., self.joints[-1]] += self.signs[-1] * self.wrapped(to - self.of(values))
+        return values
+
+    @property
+    def circular(self) -> bool:
+        """Whether it is an angle, not a length."""
+        return bool(np.isfinite(self.period))
+
+    def __str__(self) -> str:
+        first, *others = (f"{'−' if sign < 0 else '+'} q{joint + 1}" for joint, sign in zip(self.joints, self.signs))
+        return " ".join([first.removeprefix("+ ").replace("− ", "−"), *others])
+
+    @property
+    def suffix(self) -> str:
+        """As it stands after c and s: "3" in c3, "23" in c23, "(2−3)" in c(2−3)."""
+        names = [str(joint + 1) for joint in self.joints]
+        if all(sign > 0 for sign in self.signs) and all(len(name) == 1 for name in names):
+            return "".join(names)
+        first, *others = (f"{'−' if sign < 0 else '+'}{name}" for name, sign in zip(names, self.signs))
+        text = "".join([first.removeprefix("+"), *others])
+        return text if len(names) == 1 and first[0] == "+" else f"({text})"
+
+
+def wrapped(difference: Array | float, period: Array | float) -> Array:
+    """Differences the short way round, in (−period/2, period/2]; as they are where the period is infinite."""
+    finite = np.isfinite(period)
+    if not finite.all():
+        return np.where(finite, wrapped(difference, np.where(finite, period, 1.0)), difference)
+    return np.asarray(difference - np.ceil(np.asarray(difference) / period - 0.5 - 1e-9) * period)
+
+
+def single(chain: ScrewChain, joint: int) -> Angle:
+    """The value of one joint."""
+    return Angle((joint,), (1,), float(chain.period[joint]))
+
+
+def candidates(chain: ScrewChain, joints: Sequence[int], values: Array) -> list[Angle]:
+    """The angles that a relation of some joints may be written in: each joint, and sums over runs of parallel axes.
+
+    Args:
+        chain: What moves the tip.
+        joints: Which joints, ascending.
+        values: Configurations of one stratum, (N, n): axes count as parallel that are so at all of them.
+    """
+    found = [single(chain, joint) for joint in joints]
+    if len(chain.sliding) != chain.n or np.any(chain.mixing != np.eye(chain.n)):
+        return found
+    axes = chain.joints.jacobians(values, REFERENCE)[:, 3:].transpose(2, 0, 1)
+    for i, j in combinations(range(len(joints)), 2):
+        run = list(joints[i : j + 1])
+        cosines = np.einsum("jni,ni->jn", axes[run], axes[run[0]])
+        signs = np.sign(cosines[:, 0])
+        if np.all(np.abs(cosines - signs[:, None]) < PARALLEL) and np.all(signs != 0):
+            found.append(Angle(tuple(run), tuple(int(sign) for sign in signs), float(chain.period[run[0]])))
+    return found

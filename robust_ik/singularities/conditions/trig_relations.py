@@ -1,0 +1,205 @@
+"""Relation: what couples a few joints on a stratum, a short trigonometric equation fitted to points. Arrays only."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from itertools import chain, product
+
+import numpy as np
+
+from robust_ik.checks import Array, readonly
+from robust_ik.kinematics.svd import svd
+from robust_ik.singularities.conditions.angle_sums import Angle
+
+DEGREES = (1, 2, 3, 4)
+"""In half angles: 2 stands for 1, cos q, sin q; odd ones for what changes sign after a full turn."""
+MOST_TERMS = 32
+"""Bases of more products are not tried: such a relation is not short."""
+SHORT, SHORT_ODD = 12, 6
+"""A relation of more terms than this is not short; the second is for those with half angles or higher degrees."""
+FITS = 1e-8
+"""Singular value of the fitted products, relative to the largest one, that counts as zero."""
+UNIQUE = 1e-5
+"""The next one must be above this: else several relations fit, and a smaller basis or other joints tell them apart."""
+ZERO_COEFFICIENT = 1e-7
+SMALLEST = 1e-4
+"""A relation with a coefficient between the one and the other is none: points of a near-degenerate family fit it."""
+TRIMS = 3
+OUTLIER = 30.0
+"""Points whose residual is this many times the median belong to crossings of strata."""
+
+
+@dataclass(frozen=True)
+class Factor:
+    """One function of one angle.
+
+    Attributes:
+        angle: Of what.
+        kind: "cos", "sin" or "power".
+        order: Of cos(order · angle), possibly a half, or the exponent.
+    """
+
+    angle: Angle
+    kind: str
+    order: float
+
+    def of(self, values: Array) -> Array:
+        """At joint values (..., n), (...)."""
+        x = self.angle.of(values)
+        if self.kind == "power":
+            return np.asarray(x**self.order)
+        return np.asarray(np.cos(self.order * x) if self.kind == "cos" else np.sin(self.order * x))
+
+    def __str__(self) -> str:
+        if self.kind == "power":
+            return str(self.angle) if self.order == 1 else f"({self.angle})^{self.order:g}"
+        if self.order == 1:
+            return f"{self.kind[0]}{self.angle.suffix}"
+        shown = {0.5: "½", 1.5: "3/2 "}.get(self.order, f"{self.order:g}")
+        angle = f"·({self.angle})" if len(self.angle.joints) > 1 else str(self.angle)
+        return f"{self.kind}({shown}{angle})"
+
+
+Term = tuple[Factor, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Relation:
+    """Σ coefficient · product of factors = 0.
+
+    Attributes:
+        terms: Products; the empty one is 1.
+        coefficients: (t,), the largest magnitude being 1.
+        residual: Largest magnitude of the sum at the points that it was fitted to.
+        points: How many those were.
+    """
+
+    terms: tuple[Term, ...]
+    coefficients: Array
+    residual: float
+    points: int
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "coefficients", readonly(self.coefficients))
+
+    @property
+    def joints(self) -> tuple[int, ...]:
+        """Every joint in it, ascending."""
+        return tuple(sorted({joint for term in self.terms for factor in term for joint in factor.angle.joints}))
+
+    @property
+    def angles(self) -> tuple[Angle, ...]:
+        """Every angle in it, ascending."""
+        return tuple(sorted({factor.angle for term in self.terms for factor in term}))
+
+    def of(self, values: Array) -> Array:
+        """The sum at joint values (..., n), zero where the relation holds, (...)."""
+        return evaluate(self.terms, values) @ self.coefficients
+
+
+def evaluate(terms: Sequence[Term], values: Array) -> Array:
+    """Every product at joint values (..., n), (..., t)."""
+    known = {factor: factor.of(values) for factor in dict.fromkeys(chain.from_iterable(terms))}
+    result = np.ones((len(terms), *values.shape[:-1]))
+    for product_, term in zip(result, terms):
+        for factor in term:
+            product_ *= known[factor]
+    return np.ascontiguousarray(np.moveaxis(result, 0, -1))
+
+
+def simplest(choices: Sequence[Sequence[Angle]], values: Array, *, odd: bool = False) -> Relation | None:
+    """Of several sets of angles that say the same, the relation with the fewest terms, or None if none is short.
+
+    Args:
+        choices: Sets of angles; no smaller set is related.
+        values: Points of one stratum, (N, n).
+        odd: Whether to try half angles and higher degrees too: for points of one component only.
+    """
+    for stage in (linear_bases, product_bases, *([other_bases] if odd else [])):
+        fitted = [relation for angles in choices if (relation := _first_fit(stage(angles), values)) is not None]
+        short = [each for each in fitted if len(each.terms) <= (SHORT_ODD if stage is other_bases else SHORT)]
+        if short:
+            return min(short, key=lambda relation: (len(relation.terms), _factors(relation)))
+    return None
+
+
+def _first_fit(bases: Sequence[tuple[Term, ...]], values: Array) -> Relation | None:
+    fitting = (_null_vector(terms, values) for terms in bases if len(values) >= 2 * len(terms))
+    return next((relation for relation in fitting if relation is not None), None)
+
+
+def linear_bases(angles: Sequence[Angle]) -> list[tuple[Term, ...]]:
+    """1 and the cosine and sine of each angle."""
+    waves = [(factor,) for angle in angles for factor in _functions(angle, 2) if factor is not None]
+    return [((), *waves)]
+
+
+def product_bases(angles: Sequence[Angle]) -> list[tuple[Term, ...]]:
+    """Products of 1, cosine and sine of each angle."""
+    return [_products(angles, (2,) * len(angles))] if 3 ** len(angles) <= MOST_TERMS else []
+
+
+def other_bases(angles: Sequence[Angle]) -> list[tuple[Term, ...]]:
+    """Products of other degrees, every angle its own, from few to many; of single joints only."""
+    return [_products(angles, each) for each in _degrees(len(angles)) if _natural(angles, each)]
+
+
+@cache
+def _degrees(count: int) -> tuple[tuple[int, ...], ...]:
+    """Degrees of so many angles whose products are not too many, from few to many."""
+    every = sorted(product(DEGREES, repeat=count), key=lambda each: (_size(each), each))
+    return tuple(each for each in every if _size(each) <= MOST_TERMS)
+
+
+def _size(degrees: Sequence[int]) -> int:
+    return math.prod(degree + 1 for degree in degrees)
+
+
+def _products(angles: Sequence[Angle], degrees: Sequence[int]) -> tuple[Term, ...]:
+    functions = [_functions(angle, degree) for angle, degree in zip(angles, degrees)]
+    return tuple(tuple(factor for factor in term if factor is not None) for term in product(*functions))
+
+
+def _natural(angles: Sequence[Angle], degrees: Sequence[int]) -> bool:
+    """A length has no half powers; sums of parallel joints stand for products already."""
+    return all(len(each.joints) == 1 and (each.circular or degree % 2 == 0) for each, degree in zip(angles, degrees))
+
+
+def _functions(angle: Angle, degree: int) -> list[Factor | None]:
+    if not angle.circular:
+        return [None, *(Factor(angle, "power", float(p)) for p in range(1, degree // 2 + 1))]
+    orders = np.arange(degree % 2, degree + 1, 2) / 2
+    waves: list[Factor | None] = [Factor(angle, kind, float(o)) for o in orders if o > 0 for kind in ("cos", "sin")]
+    return waves if degree % 2 else [None, *waves]
+
+
+def _null_vector(terms: tuple[Term, ...], values: Array) -> Relation | None:
+    """The only combination of products that vanishes at the points, outliers trimmed."""
+    products = evaluate(terms, values)
+    kept = np.ones(len(values), dtype=bool)
+    for _ in range(TRIMS):
+        found = svd(products[kept])
+        vector = found.Vt[-1]
+        size = np.abs(products @ vector)
+        limit = max(OUTLIER * float(np.median(size)), FITS)
+        if kept.sum() < 2 * len(terms) or (size <= limit)[kept].all():
+            break
+        kept = size <= limit
+    s = found.s / found.s[0]
+    if s[-1] > FITS or (len(s) > 1 and s[-2] < UNIQUE) or kept.sum() < 0.9 * len(values):
+        return None
+    vector = vector / vector[int(np.argmax(np.abs(vector)))]
+    large = np.abs(vector) > ZERO_COEFFICIENT
+    if np.abs(vector[large]).min() < SMALLEST:
+        return None
+    chosen = tuple(term for term, big in zip(terms, large) if big)
+    residual = float(np.abs(products[kept][:, large] @ vector[large]).max())
+    return Relation(chosen, vector[large], residual, int(kept.sum()))
+
+
+def _factors(relation: Relation) -> int:
+    """How many functions it is written with, sums of joints counting for more."""
+    return sum(1 + len(factor.angle.joints) for term in relation.terms for factor in term)

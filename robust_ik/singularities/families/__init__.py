@@ -1,0 +1,1 @@
+"""From singular configurations to families: conditions on joints, leaves, strata."""

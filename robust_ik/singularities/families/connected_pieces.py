@@ -1,0 +1,140 @@
+"""How many connected pieces a leaf has, angles taken modulo 2π. Arrays only."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+import scipy.ndimage
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from robust_ik.checks import Array
+from robust_ik.singularities.conditions.angle_sums import wrapped
+from robust_ik.singularities.families.leaf import Leaf
+from robust_ik.singularities.find.tangent_walk import REFUSED, Indices, polished, readable, tangents, walk
+from robust_ik.singularities.geometry.screw_chain import ScrewChain
+
+GRID = {1: 720, 2: 240, 3: 60}
+"""Cells along each angle on which a relation of so many joints is drawn."""
+POINTS, LENGTH = 60, 0.25
+"""How many walks from samples, and how long a step is, rad or m."""
+WALKS = (15, 15, 30)
+"""Steps after which it is seen whether all walks are linked."""
+NEAR = 0.5
+"""Walks are linked where they come as near, rad or m."""
+STEP, STEPS = 0.12, 12
+ROUNDS = 6
+
+
+def count_components(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> tuple[int, bool]:
+    """The number of pieces and whether it is exact: pinned and free joints make one piece.
+
+    A single relation of up to three joints is drawn on a grid; otherwise samples are linked by walks.
+    """
+    if not leaf.relations and not leaf.curve:
+        return 1, True
+    pinned = {joint for pin in leaf.pins if len(pin.angle.joints) == 1 for joint in pin.angle.joints}
+    if len(leaf.relations) == 1 and not leaf.curve and len(leaf.pins) == len(pinned):
+        joints = [joint for joint in leaf.relations[0].joints if joint not in pinned]
+        if len(joints) in GRID and (count := _on_grid(chain, leaf, joints)):
+            return count, False
+    return _linked(chain, leaf, rng), False
+
+
+def _on_grid(chain: ScrewChain, leaf: Leaf, joints: list[int]) -> int:
+    """Pieces of the zero set of the relation, as cells of a grid at whose corners it has both signs."""
+    cells = GRID[len(joints)]
+    axes = [np.linspace(chain.lower[joint], chain.upper[joint], cells + 1) + 0.01234 for joint in joints]
+    values = np.zeros((*(len(axis) for axis in axes), chain.n))
+    for joint, grid in zip(joints, np.meshgrid(*axes, indexing="ij")):
+        values[..., joint] = grid
+    f = leaf.relations[0].of(leaf.pinned(values))
+    corners = [f[tuple(slice(o, o + cells) for o in offset)] for offset in product((0, 1), repeat=len(joints))]
+    crossed = (np.min(corners, axis=0) < 0) & (np.max(corners, axis=0) > 0)
+    numbers, count = scipy.ndimage.label(crossed)
+    links = [np.empty((0, 2), dtype=int)]
+    for axis, joint in enumerate(joints):
+        if np.isfinite(chain.period[joint]):
+            ends = np.stack([np.take(numbers, 0, axis), np.take(numbers, -1, axis)], axis=-1).reshape(-1, 2)
+            links.append(ends[(ends > 0).all(axis=1)] - 1)
+    return _pieces(np.concatenate(links), count)
+
+
+def _pieces(links: Indices, count: int) -> int:
+    """Connected components of a graph with `count` nodes."""
+    graph = coo_array((np.ones(len(links)), (links[:, 0], links[:, 1])), shape=(count, count))
+    return int(connected_components(graph, directed=False)[0]) if count else 0
+
+
+def _linked(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> int:
+    """Pieces that long walks from samples fall into which are linked where a short walk leads from one to another."""
+    values = np.array(leaf.samples[-POINTS:])
+    values[:, list(leaf.free)] = leaf.samples[0, list(leaf.free)]
+    values = polished(chain, leaf.pinned(values), leaf.corank)
+    clear, dimensions = readable(chain, values, leaf.corank)
+    values = values[clear & (dimensions == leaf.dimension)]
+    if len(values) == 0:
+        return 1
+    dimensions, count = np.full(len(values), leaf.dimension), len(values)
+    places, owner = values, np.arange(count)
+    links = np.empty((0, 2), dtype=int)
+    for steps in WALKS:
+        walked = walk(chain, values, leaf.corank, dimensions, rng, steps=steps, length=LENGTH, resting=leaf.free)
+        values = walked.values[:, -1]
+        places = np.concatenate([places, walked.values[:, 1:].reshape(-1, chain.n)])
+        owner = np.concatenate([owner, np.repeat(np.arange(count), steps)])
+        links = _all_links(chain, leaf, places, owner, links)
+        if _pieces(links, count) == 1:
+            break
+    return _pieces(links, count)
+
+
+def _all_links(chain: ScrewChain, leaf: Leaf, places: Array, owner: Indices, links: Indices) -> Indices:
+    """Links between walks, those there were and more, until no more are found."""
+    for _ in range(ROUNDS):
+        pairs = _near_pairs(chain, places, owner, links)
+        if len(pairs) == 0:
+            break
+        reached = _reached(chain, leaf, places[pairs[:, 0]], places[pairs[:, 1]])
+        if not reached.any():
+            break
+        links = np.concatenate([links, owner[pairs[reached]]])
+    return links
+
+
+def _near_pairs(chain: ScrewChain, places: Array, owner: Indices, links: Indices) -> Indices:
+    """For each two pieces so far that come near each other, where they do so most, (P, 2)."""
+    count = int(owner.max()) + 1
+    graph = coo_array((np.ones(len(links)), (links[:, 0], links[:, 1])), shape=(count, count))
+    piece = connected_components(graph, directed=False)[1][owner]
+    around = np.where(np.isfinite(chain.period), chain.period, 1e9)
+    tree = cKDTree(np.mod(places, around), boxsize=np.nextafter(around, np.inf))
+    pairs = tree.query_pairs(NEAR, output_type="ndarray")
+    pairs = pairs[piece[pairs[:, 0]] != piece[pairs[:, 1]]]
+    apart = np.linalg.norm(wrapped(places[pairs[:, 0]] - places[pairs[:, 1]], chain.period), axis=1)
+    pairs = pairs[np.argsort(apart)]
+    keys = np.sort(piece[pairs], axis=1)
+    _, first = np.unique(keys, axis=0, return_index=True)
+    return np.asarray(pairs[first])
+
+
+def _reached(chain: ScrewChain, leaf: Leaf, start: Array, goal: Array) -> Array:
+    """Whether walks along the stratum that always head for their goals get there."""
+    here, dimensions = start.copy(), np.full(len(start), leaf.dimension)
+    alive = np.ones(len(start), dtype=bool)
+    for _ in range(STEPS):
+        to_go = wrapped(goal - here, chain.period)
+        active = np.flatnonzero(alive & (np.linalg.norm(to_go, axis=1) > STEP))
+        if active.size == 0:
+            break
+        P = tangents(chain, here[active], leaf.corank, dimensions[active])
+        along = (P @ to_go[active][..., None])[..., 0]
+        size = np.linalg.norm(along, axis=1, keepdims=True)
+        predicted = here[active] + STEP * along / np.maximum(size, 1e-9)
+        there = polished(chain, predicted, leaf.corank)
+        good = (np.linalg.norm(there - predicted, axis=1) <= REFUSED * STEP) & (size[:, 0] > 0.05 * STEP)
+        here[active[good]] = there[good]
+        alive[active[~good]] = False
+    return np.asarray(np.linalg.norm(wrapped(goal - here, chain.period), axis=1) <= STEP)

@@ -1,0 +1,138 @@
+"""What couples the joints of a leaf that are neither free nor pinned: sums that stand still, short relations, curves.
+
+Arrays only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+
+from robust_ik.checks import Array
+from robust_ik.kinematics.svd import singular_values
+from robust_ik.singularities.conditions.angle_sums import Angle, candidates
+from robust_ik.singularities.conditions.dependent_angles import INDEPENDENT, Circuit, circuit_groups, independent
+from robust_ik.singularities.conditions.trig_relations import SHORT, Relation, simplest
+from robust_ik.singularities.families.leaf import Leaf, Pin, nice
+from robust_ik.singularities.find.tangent_walk import tangents, walk
+from robust_ik.singularities.geometry.screw_chain import ScrewChain
+
+WALKERS, LONG_WALK = 12, 14
+"""Walks on from one, and their steps: points to fit a relation to where those of a group are of several strata."""
+MOST_POINTS = 250
+PATH = 17
+CONSTANT = 1e-6
+MOST_SPLITS = 8
+
+
+def coupled_leaves(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> list[Leaf]:
+    """Finished leaves from an unfinished one, whose samples begin with a walk along one component.
+
+    Several, where points of strata with the same free and pinned joints came together.
+    """
+    pins = tuple(Pin(pin.angle, nice(pin.angle, pin.value)) for pin in leaf.pins)
+    values = leaf.samples[replace(leaf, pins=pins).holds(leaf.samples, 1e-4)]
+    if len(values) == 0:
+        return []
+    leaf = replace(leaf, pins=pins, samples=values[:MOST_POINTS])
+    if not leaf.curve:
+        return [leaf]
+    finished: list[Leaf] = []
+    for _ in range(MOST_SPLITS):
+        found = _first(chain, leaf, rng)
+        finished.append(found)
+        rest = leaf.samples[~found.holds(leaf.samples)]
+        if len(rest) == 0:
+            break
+        leaf = replace(leaf, samples=np.concatenate([_walked(chain, rest[:1], leaf, PATH - 1, rng), rest]))
+    return finished
+
+
+def _walked(chain: ScrewChain, starts: Array, leaf: Leaf, steps: int, rng: np.random.Generator) -> Array:
+    """Every place on walks along the leaf."""
+    dimensions = np.full(len(starts), leaf.dimension)
+    return walk(chain, starts, leaf.corank, dimensions, rng, steps=steps).values.reshape(-1, chain.n)
+
+
+def _first(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> Leaf:
+    """The leaf of the component that the samples begin on."""
+    path = leaf.samples[:PATH]
+    P = tangents(chain, path, leaf.corank, np.full(len(path), leaf.dimension))
+    groups = circuit_groups(candidates(chain, leaf.curve, path), P)
+    codimension = chain.n - leaf.dimension - len(leaf.pins)
+    still = _independent([(group, pin) for group in groups if (pin := _still(group, path)) is not None], chain.n)
+    leaf = replace(leaf, pins=(*leaf.pins, *(pin for _, pin in still)))
+    values = leaf.samples[leaf.holds(leaf.samples)]
+    coupled = [group for group in groups if _still(group, path) is None]
+    chosen = _conditions(coupled, values, [group[0].normals for group, _ in still], codimension)
+    if any(relation is None for _, relation in chosen):
+        longer = _walked(chain, path[:WALKERS], leaf, LONG_WALK, rng)
+        chosen = _conditions(coupled, longer, [group[0].normals for group, _ in still], codimension, odd=True)
+    relations = tuple(relation for _, relation in chosen if relation is not None)
+    spoken = {joint for _, pin in still for joint in pin.angle.joints} | {j for r in relations for j in r.joints}
+    unspoken = set(leaf.curve) - spoken
+    open_joints = {joint for group, relation in chosen if relation is None for joint in group[0].joints}
+    if len(still) + len(chosen) < codimension:
+        open_joints |= unspoken or set(leaf.curve)
+    free = tuple(sorted({*leaf.free, *(unspoken - open_joints)}))
+    result = replace(leaf, relations=relations, free=free, curve=tuple(sorted(open_joints)))
+    return replace(result, samples=values[result.holds(values)])
+
+
+def _conditions(
+    groups: list[list[Circuit]], values: Array, normals: list[Array], count: int, *, odd: bool = False
+) -> list[tuple[list[Circuit], Relation | None]]:
+    """The circuits with the shortest relations that together, with some normals known, cut out the codimension."""
+    fitted = [
+        (group, _own(group, simplest([circuit.angles for circuit in group], values, odd=odd))) for group in groups
+    ]
+    fitted.sort(key=lambda pair: (len(pair[0][0].joints), SHORT + 1) if pair[1] is None else (0, len(pair[1].terms)))
+    chosen, normals = [], list(normals)
+    for group, relation in fitted:
+        if len(normals) < count and independent([*normals, group[0].normals]):
+            normals.append(group[0].normals)
+            chosen.append((group, relation))
+    return chosen
+
+
+def _own(group: Sequence[Circuit], relation: Relation | None) -> Relation | None:
+    """A fit that leaves out joints of every circuit says what a smaller one does, not what these do."""
+    if relation is None or any(set(circuit.joints) <= set(relation.joints) for circuit in group):
+        return relation
+    return None
+
+
+def _still(group: Sequence[Circuit], path: Array) -> Pin | None:
+    """A sum or difference of the angles of a circuit that has one value along a walk."""
+    return next((pin for each in group for option in _sums(each.angles) if (pin := _standing(option, path))), None)
+
+
+def _independent(still: Sequence[tuple[list[Circuit], Pin]], n: int) -> list[tuple[list[Circuit], Pin]]:
+    """Those angles that stand still, without what others of them add up to."""
+    kept: list[tuple[list[Circuit], Pin]] = []
+    for group, pin in still:
+        rows = np.stack([each.angle.row(n) for _, each in (*kept, (group, pin))])
+        if singular_values(rows)[-1] > INDEPENDENT:
+            kept.append((group, pin))
+    return kept
+
+
+def _sums(angles: Sequence[Angle]) -> list[Angle]:
+    """The combinations of angles with signs that may stand still."""
+    if len(angles) == 1:
+        return [angles[0]]
+    if any(len(angle.joints) > 1 or not angle.circular for angle in angles):
+        return []
+    joints = tuple(sorted(angle.joints[0] for angle in angles))
+    return [Angle(joints, (1, *signs), angles[0].period) for signs in product((1, -1), repeat=len(joints) - 1)]
+
+
+def _standing(angle: Angle, path: Array) -> Pin | None:
+    value = angle.of(path)
+    drift = angle.wrapped(value - value[0])
+    if np.abs(drift).max() > CONSTANT:
+        return None
+    return Pin(angle, nice(angle, float(value[0] + np.median(drift))))

@@ -1,0 +1,165 @@
+"""Leaves along which ∂r/∂q vanishes, as where two factors of a determinant meet for good: read by deed alone.
+
+Their tangent spaces tell nothing, points reach them only slowly, and no walk stays on them. What is left is to move
+joints and to see, and to compare points: angles that many share are pinned. Arrays only.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+
+from robust_ik.checks import Array
+from robust_ik.kinematics.svd import svd
+from robust_ik.singularities.conditions.angle_sums import Angle, candidates
+from robust_ik.singularities.conditions.trig_relations import Relation, simplest
+from robust_ik.singularities.families.leaf import Leaf, Pin, is_singular, nice
+from robust_ik.singularities.find.random_starts import local_dimensions
+from robust_ik.singularities.find.rank_residual import Residual
+from robust_ik.singularities.find.tangent_walk import POLISHED, Mask, polished
+from robust_ik.singularities.geometry.screw_chain import ScrewChain
+
+ROUGH = 2e-3
+"""Points that were reached slowly are this far off, rad or m."""
+TRIALS = 3
+MOSTLY = 0.8
+MOST_COUPLED = 3
+NEWTON, STEEP = 5, 1e-3
+EXACTLY = 1e-12
+"""A multiple of π/12 to rounding, rad."""
+FEWEST = 3
+"""Fewer points that agree are no family."""
+
+
+def folded_leaves(chain: ScrewChain, values: Array, corank: int, rng: np.random.Generator) -> list[Leaf]:
+    """Leaves of free, pinned and related joints that points (N, n) suggest which cannot be read; to be verified."""
+    values = polished(chain, values, corank)
+    free = _free(chain, values, corank, rng)
+    found = []
+    for labels in np.unique(free, axis=0):
+        members = values[(free == labels).all(axis=1)]
+        pinned = _pinned(chain, members, [int(joint) for joint in np.flatnonzero(~labels)])
+        while len(members) >= FEWEST and pinned:
+            near = np.all(
+                [Pin(angle, float(angle.of(members[0]))).holds(members, 2 * ROUGH) for angle in pinned], axis=0
+            )
+            if near.sum() >= FEWEST:
+                found += _leaf(chain, members[near], corank, labels, pinned, rng)
+            members = members[~near]
+    return found
+
+
+def _pinned(chain: ScrewChain, members: Array, joints: list[int]) -> list[Angle]:
+    """Angles of joints, sums of parallel ones too, whose values nearly all points share with others."""
+    found: list[Angle] = []
+    for angle in candidates(chain, joints, members):
+        rows = np.stack([each.row(chain.n) for each in (*found, angle)])
+        if np.linalg.matrix_rank(rows) == len(rows) and _is_pinned(members, angle):
+            found.append(angle)
+    return found
+
+
+def _is_pinned(members: Array, angle: Angle) -> bool:
+    values = angle.of(members)
+    apart = np.abs(angle.wrapped(values[:, None] - values[None]))
+    return bool(np.mean(np.sum(apart < 2 * ROUGH, axis=1) >= min(FEWEST, len(members))) > MOSTLY)
+
+
+def _free(chain: ScrewChain, values: Array, corank: int, rng: np.random.Generator) -> Mask:
+    """Joints that can be moved alone without the corank falling, (N, n)."""
+    free = np.ones(values.shape, dtype=bool)
+    for joint in range(chain.n):
+        for _ in range(TRIALS):
+            trial = values.copy()
+            trial[:, joint] = chain.random(rng, len(trial))[:, joint]
+            free[:, joint] &= is_singular(chain, trial, corank)
+    return free
+
+
+def _leaf(
+    chain: ScrewChain,
+    members: Array,
+    corank: int,
+    labels: Mask,
+    pinned: list[Angle],
+    rng: np.random.Generator,
+) -> list[Leaf]:
+    """Pins at the middle of what members have, or at an exact value near it; for the rest one relation, or a curve.
+
+    Joints that are coupled say nothing of the dimension: it is measured around the members.
+    """
+    free = tuple(int(joint) for joint in np.flatnonzero(labels))
+    spoken = {*free, *(joint for angle in pinned for joint in angle.joints)}
+    coupled = [joint for joint in range(chain.n) if joint not in spoken]
+    members, pins = _pins(chain, members, corank, pinned)
+    dimension = chain.n - len(pins)
+    if coupled:
+        measured = local_dimensions(chain, corank, members, rng, POLISHED)
+        dimension = int(np.bincount(measured).argmax())
+        members = members[measured == dimension]
+    if len(members) < FEWEST:
+        return []
+    single = dimension == chain.n - len(pins) - 1
+    relation = _relation(chain, members, coupled) if coupled and single else None
+    relations = () if relation is None else (relation,)
+    curve = tuple(coupled) if relation is None else ()
+    leaf = Leaf(corank, dimension, pins, relations, free, curve, members, folded=True)
+    kept = leaf.holds(members, ROUGH)
+    return [replace(leaf, samples=leaf.pinned(members[kept]))] if kept.any() else []
+
+
+def _pins(chain: ScrewChain, members: Array, corank: int, pinned: list[Angle]) -> tuple[Array, tuple[Pin, ...]]:
+    """What angles are pinned at, and members that are: first the exact values, then the others, which depend on them.
+
+    Where one value is off by δ in a flat direction, those of steep ones follow it.
+    """
+    exact = [pin for pin in (_middle(angle, members) for angle in pinned) if _is_exact(pin)]
+    members = _settled(chain, _moved(members, exact), corank, [joint for pin in exact for joint in pin.angle.joints])
+    known = {pin.angle: pin for pin in exact}
+    pins = tuple(known.get(angle) or _middle(angle, members) for angle in pinned)
+    return _moved(members, list(pins)), pins
+
+
+def _middle(angle: Angle, members: Array) -> Pin:
+    """An angle at the median of its values, or at an exact value near it."""
+    values = angle.of(members)
+    return Pin(angle, nice(angle, float(values[0] + np.median(angle.wrapped(values - values[0]))), ROUGH))
+
+
+def _is_exact(pin: Pin) -> bool:
+    return abs(float(pin.angle.wrapped(pin.value - nice(pin.angle, pin.value, np.inf)))) < EXACTLY
+
+
+def _moved(values: Array, pins: list[Pin]) -> Array:
+    for pin in pins:
+        values = pin.angle.moved(values, pin.value)
+    return values
+
+
+def _settled(chain: ScrewChain, values: Array, corank: int, pinned: list[int]) -> Array:
+    """Newton steps of the other joints in what is steep, some staying where they are."""
+    for _ in range(NEWTON):
+        at = Residual.at(chain, values, corank)
+        A = at.derivative.copy()
+        A[..., pinned] = 0.0
+        found = svd(A)
+        steep = found.s > STEEP * at.scale[:, None]
+        gain = np.where(steep, 1.0, 0.0) / np.where(steep, found.s, 1.0)
+        values = values - np.einsum("nkj,nk,nik,ni->nj", found.Vt, gain, found.U, at.vector)
+    return np.asarray(values)
+
+
+def _relation(chain: ScrewChain, members: Array, coupled: list[int]) -> Relation | None:
+    """One short relation between all of a few joints."""
+    if not 2 <= len(coupled) <= MOST_COUPLED:
+        return None
+    angles = candidates(chain, coupled, members)
+    choices = [
+        each
+        for size in range(2, len(coupled) + 1)
+        for each in combinations(angles, size)
+        if {joint for angle in each for joint in angle.joints} == set(coupled)
+    ]
+    return simplest(choices, members)

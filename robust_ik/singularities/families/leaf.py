@@ -1,0 +1,181 @@
+"""Leaf: one piece of a stratum, with one value for every pinned angle. Arrays only."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robust_ik.checks import Array, readonly
+from robust_ik.singularities.conditions.angle_sums import Angle, wrapped
+from robust_ik.singularities.conditions.trig_relations import Relation
+from robust_ik.singularities.find.rank_residual import SAME_CORANK
+from robust_ik.singularities.find.tangent_walk import readable, relative_sigmas
+from robust_ik.singularities.geometry.screw_chain import ScrewChain
+
+Mask = NDArray[np.bool_]
+
+HOLDS = 1e-5
+"""How far an angle or a relation may be off at a point that belongs to a stratum: polished points at crossings are."""
+EXACT = 1e-7
+"""A pinned value this near to a multiple of π/12, or a length this near to zero, is taken to be it."""
+CLEAN = 1e-9
+"""σ/σ₁ of members of a leaf with their free joints anywhere."""
+FOLDED = 1e-12
+"""The same where ∂r/∂q vanishes: a value that is off by δ shows as δ² only."""
+FILLS, MOVES = 24, 12
+"""Random members for a trial, and for that of each joint that is moved away."""
+AWAY = 0.3
+"""Least distance that a pinned joint is moved away to see whether the singularity goes, rad or m."""
+
+
+@dataclass(frozen=True, order=True)
+class Pin:
+    """One angle at one value, rad or m."""
+
+    angle: Angle
+    value: float
+
+    def holds(self, values: Array, tolerance: float = HOLDS) -> Mask:
+        """Whether the angle has the value at joint values (..., n)."""
+        return np.asarray(np.abs(self.angle.wrapped(self.angle.of(values) - self.value)) <= tolerance)
+
+
+def nice(angle: Angle, value: float, tolerance: float = EXACT) -> float:
+    """The value, or the multiple of π/12 (0 for a length) that it is but for rounding, in (−π, π]."""
+    value = float(angle.wrapped(value))
+    exact = round(value * 12 / np.pi) * np.pi / 12 if angle.circular else 0.0
+    return float(angle.wrapped(exact)) + 0.0 if abs(value - exact) < tolerance else value
+
+
+@dataclass(frozen=True, eq=False)
+class Leaf:
+    """Configurations of one corank: pinned angles, related joints, free joints.
+
+    Attributes:
+        corank: k.
+        dimension: Of the leaf.
+        pins: Angles that stand still, each with its value.
+        relations: Short equations between coupled joints.
+        free: Joints that may have any value, indices.
+        curve: Joints that are coupled otherwise: no short relation was found.
+        samples: Generic points, (S, n).
+        folded: Whether ∂r/∂q vanishes along it, so that it has no tangent spaces to be read.
+    """
+
+    corank: int
+    dimension: int
+    pins: tuple[Pin, ...]
+    relations: tuple[Relation, ...]
+    free: tuple[int, ...]
+    curve: tuple[int, ...]
+    samples: Array
+    folded: bool = False
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "samples", readonly(self.samples))
+
+    @property
+    def shape(self) -> tuple[object, ...]:
+        """What leaves of one row have in common: all but the values."""
+        forms = tuple(relation.terms for relation in self.relations)
+        return self.dimension, tuple(pin.angle for pin in self.pins), self.free, self.curve, forms
+
+    @property
+    def coupled(self) -> tuple[int, ...]:
+        """Joints that move together, indices: neither free nor pinned each by itself."""
+        alone = {pin.angle.joints[0] for pin in self.pins if len(pin.angle.joints) == 1}
+        together = {joint for relation in self.relations for joint in relation.joints} | set(self.curve)
+        together |= {joint for pin in self.pins if len(pin.angle.joints) > 1 for joint in pin.angle.joints}
+        return tuple(sorted(together - alone))
+
+    @cached_property
+    def values(self) -> Array:
+        """The pinned values, (P,)."""
+        return np.array([pin.value for pin in self.pins])
+
+    @cached_property
+    def _pins(self) -> tuple[Array, Array]:
+        """What pinned angles are of joint values, (n, P), and after how much they come back, (P,)."""
+        n = self.samples.shape[1]
+        rows = [pin.angle.row(n) for pin in self.pins]
+        return np.array(rows).reshape(-1, n).T, np.array([pin.angle.period for pin in self.pins])
+
+    def off(self, values: Array) -> Array:
+        """By how much pins and relations fail to hold at joint values (N, n), the largest of all, (N,)."""
+        rows, period = self._pins
+        result = np.abs(wrapped(values @ rows - self.values, period)).max(axis=1, initial=0.0)
+        for relation in self.relations:
+            result = np.maximum(result, np.abs(relation.of(values)))
+        return np.asarray(result)
+
+    def holds(self, values: Array, tolerance: float = HOLDS) -> Mask:
+        """Whether pins and relations hold at joint values (N, n); a curve says nothing about its joints."""
+        return np.asarray(self.off(values) <= tolerance)
+
+    def pinned(self, values: Array) -> Array:
+        """The values with every pinned angle exactly at its value, (N, n)."""
+        for pin in self.pins:
+            values = pin.angle.moved(values, pin.value)
+        return values
+
+    def filled(self, chain: ScrewChain, rng: np.random.Generator, count: int = FILLS, *, each: bool = False) -> Array:
+        """Random members: samples (`each` once, or any) whose free joints are anywhere, (count, n)."""
+        which = np.arange(count) if each else rng.integers(len(self.samples), size=count)
+        values = np.array(self.samples[which])
+        values[:, list(self.free)] = chain.random(rng, count)[:, list(self.free)]
+        return self.pinned(values)
+
+
+def explained(leaves: Sequence[Leaf], values: Array) -> Mask:
+    """Which singular points (N, n) some leaf accounts for."""
+    result = np.zeros(len(values), dtype=bool)
+    for leaf in leaves:
+        result |= leaf.holds(values)
+    return result
+
+
+def is_singular(chain: ScrewChain, values: Array, corank: int) -> Mask:
+    """Whether the corank is at least k at joint values (N, n)."""
+    return np.asarray(relative_sigmas(chain, values)[:, chain.m - corank] < SAME_CORANK)
+
+
+def cleaned(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> Leaf:
+    """The leaf without samples that are too near to a crossing for their free joints to be moved."""
+    values = leaf.filled(chain, rng, len(leaf.samples), each=True)
+    kept = relative_sigmas(chain, values)[:, chain.m - leaf.corank] < CLEAN
+    return replace(leaf, samples=leaf.samples[kept]) if kept.any() else leaf
+
+
+def verified(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> bool:
+    """Whether random fills of the free joints have just this corank and this dimension."""
+    values = leaf.filled(chain, rng)
+    sigmas = relative_sigmas(chain, values)
+    if not np.all(sigmas[:, chain.m - leaf.corank] < (FOLDED if leaf.folded and not leaf.curve else CLEAN)):
+        return False
+    exactly = sigmas[:, chain.m - leaf.corank - 1] >= SAME_CORANK if leaf.corank < chain.m else np.array(True)
+    clear, dimensions = readable(chain, values, leaf.corank)
+    right = clear & (dimensions == leaf.dimension)
+    readable_as_such = not right.any() if leaf.folded else bool(np.sum(right) > 0.8 * np.sum(clear) > 0)
+    return bool(np.mean(exactly) > 0.8 and readable_as_such)
+
+
+def sound(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> bool:
+    """Whether a leaf passes the trial: members singular wherever their free joints are, no condition superfluous."""
+    return verified(chain, leaf, rng) and not superfluous(chain, leaf, rng)
+
+
+def superfluous(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> list[int]:
+    """Joints in conditions that can be moved away, others staying, without the corank falling: none, if all is well."""
+    bound = {joint for pin in leaf.pins for joint in pin.angle.joints} | set(leaf.curve)
+    bound |= {joint for relation in leaf.relations for joint in relation.joints}
+    joints = sorted(bound)
+    values = np.array(leaf.filled(chain, rng, MOVES * len(joints))).reshape(len(joints), MOVES, chain.n)
+    for place, joint in enumerate(joints):
+        span = chain.period[joint] if np.isfinite(chain.period[joint]) else 2 * AWAY + 1.0
+        values[place, :, joint] += rng.uniform(AWAY, span - AWAY, MOVES)
+    singular = is_singular(chain, values.reshape(-1, chain.n), leaf.corank).reshape(len(joints), MOVES)
+    return [joint for joint, still in zip(joints, singular.mean(axis=1)) if still > 0.8]

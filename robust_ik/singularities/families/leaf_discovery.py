@@ -1,0 +1,150 @@
+"""From points of one corank to leaves: which joints are free, pinned, coupled, and how. Arrays only."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robust_ik.checks import Array
+from robust_ik.singularities.conditions.angle_sums import single, wrapped
+from robust_ik.singularities.families.coupled_joints import coupled_leaves
+from robust_ik.singularities.families.leaf import Leaf, Pin, is_singular
+from robust_ik.singularities.find.tangent_walk import STILL, Walk, polished, readable, still_joints, tangents, walk
+from robust_ik.singularities.geometry.screw_chain import ScrewChain
+
+Mask = NDArray[np.bool_]
+Indices = NDArray[np.int_]
+
+REPRESENTATIVES = 3
+MANY_GROUPS = 200
+SAME_VALUE = 1e-4
+"""Pinned joints of one leaf agree so well at points that were not polished, rad or m."""
+
+
+@dataclass(frozen=True, eq=False)
+class Labelled:
+    """Points of exactly one corank with what the tangent spaces say of every joint.
+
+    Attributes:
+        values: (N, n).
+        dimensions: (N,).
+        still: Joints that the tangent space does not move, (N, n).
+        loose: Joints that it moves alone, (N, n).
+    """
+
+    values: Array
+    dimensions: Indices
+    still: Mask
+    loose: Mask
+
+    def select(self, which: Array) -> Labelled:
+        """Some of the points."""
+        return Labelled(self.values[which], self.dimensions[which], self.still[which], self.loose[which])
+
+
+def labelled(chain: ScrewChain, values: Array, corank: int, dimensions: Indices) -> Labelled:
+    """What the tangent spaces at readable points (N, n) say."""
+    P = tangents(chain, values, corank, dimensions)
+    return Labelled(values, dimensions, still_joints(P), np.diagonal(P, axis1=1, axis2=2) > 1 - 1e-8)
+
+
+def discover(chain: ScrewChain, values: Array, corank: int, rng: np.random.Generator) -> list[Leaf]:
+    """The leaves that points of one corank lie on.
+
+    Args:
+        chain: What moves the tip.
+        values: Points, (N, n); those that cannot be read are passed over.
+        corank: k.
+        rng: For walks and trial motions.
+    """
+    values = polished(chain, values, corank)
+    clear, dimensions = readable(chain, values, corank)
+    points = labelled(chain, values[clear], corank, dimensions[clear])
+    if len(points.values) == 0:
+        return []
+    groups = list(_groups(chain, points))
+    each = REPRESENTATIVES if len(groups) <= MANY_GROUPS else 1
+    first = np.concatenate([members[:each] for members in groups])
+    owner = np.concatenate([np.full(len(members[:each]), i) for i, members in enumerate(groups)])
+    seeds = points.select(first)
+    walked = walk(chain, seeds.values, corank, seeds.dimensions, rng)
+    seeds = replace(seeds, still=walked.moved < STILL, loose=_free_by_deed(chain, seeds, corank, rng))
+    leaves: list[Leaf] = []
+    for gathered in _gathered(chain, corank, points, groups, seeds, owner, walked):
+        leaves += coupled_leaves(chain, gathered, rng)
+    return leaves
+
+
+def _groups(chain: ScrewChain, points: Labelled) -> Iterator[Indices]:
+    """Indices of points that look alike: dimension, labels, pinned values."""
+    keys = _keys(chain, points)
+    _, inverse = np.unique(keys, axis=0, return_inverse=True)
+    order = np.argsort(inverse.ravel(), kind="stable")
+    yield from np.split(order, np.flatnonzero(np.diff(inverse.ravel()[order])) + 1)
+
+
+def _keys(chain: ScrewChain, points: Labelled) -> Indices:
+    columns = [points.dimensions[:, None], points.still.astype(int), points.loose.astype(int)]
+    for joint in range(chain.n):
+        still = points.still[:, joint]
+        cluster = np.full(len(still), -1)
+        cluster[still] = clusters(points.values[still, joint], float(chain.period[joint]))
+        columns.append(cluster[:, None])
+    return np.concatenate(columns, axis=1)
+
+
+def clusters(values: Array, period: float) -> Indices:
+    """Numbers from 0 for values (N,) that are the same modulo the period."""
+    if len(values) == 0:
+        return np.empty(0, dtype=int)
+    # Shifted by an odd amount, so that no common angle lies where the period ends.
+    shifted = np.asarray(wrapped(values - 0.7654, period))
+    order = np.argsort(shifted, kind="stable")
+    numbers = np.empty(len(values), dtype=int)
+    numbers[order] = np.concatenate([[0], np.cumsum(np.diff(shifted[order]) > SAME_VALUE)])
+    return numbers
+
+
+def _free_by_deed(chain: ScrewChain, seeds: Labelled, corank: int, rng: np.random.Generator) -> Mask:
+    """Joints that can be moved anywhere, alone and then together, without the corank falling, (N, n)."""
+    free = seeds.loose.copy()
+    for joint in range(chain.n):
+        for _ in range(2):
+            trial = seeds.values.copy()
+            trial[:, joint] = chain.random(rng, len(trial))[:, joint]
+            free[:, joint] &= is_singular(chain, trial, corank)
+    together = np.where(free, chain.random(rng, len(free)), seeds.values)
+    free[~is_singular(chain, together, corank)] = False
+    return free
+
+
+def _gathered(
+    chain: ScrewChain,
+    corank: int,
+    points: Labelled,
+    groups: list[Indices],
+    seeds: Labelled,
+    owner: Indices,
+    walked: Walk,
+) -> Iterator[Leaf]:
+    """Unfinished leaves: the points of all groups whose representatives behave alike, and their walks first."""
+    keys = _keys(chain, seeds)
+    for key in np.unique(keys, axis=0):
+        alike = np.flatnonzero((keys == key).all(axis=1))
+        alike = alike[walked.taken[alike] > 0] if walked.taken[alike].any() else alike
+        first = int(alike[0])
+        free, still = np.flatnonzero(seeds.loose[first]), np.flatnonzero(seeds.still[first])
+        members = np.concatenate([groups[index] for index in np.unique(owner[alike])])
+        paths = walked.values[alike].reshape(-1, chain.n)
+        yield Leaf(
+            corank=corank,
+            dimension=int(seeds.dimensions[first]),
+            pins=tuple(Pin(single(chain, int(j)), float(seeds.values[first, j])) for j in still),
+            relations=(),
+            free=tuple(int(j) for j in free),
+            curve=tuple(j for j in range(chain.n) if j not in free and j not in still),
+            samples=np.concatenate([paths, points.values[members]]),
+        )

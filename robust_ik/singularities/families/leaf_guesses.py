@@ -1,0 +1,102 @@
+"""Leaves that no point led to, guessed from those that were found: other combinations of values, mirrored values.
+
+A guess is cheap to try, while a small basin may take thousands of starts to be met. Nothing is taken without trial.
+Arrays only.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+
+from robust_ik.singularities.conditions.angle_sums import Angle
+from robust_ik.singularities.families.coupled_joints import coupled_leaves
+from robust_ik.singularities.families.leaf import Leaf, is_singular, nice, sound
+from robust_ik.singularities.families.leaf_merging import Values, joined, values_of
+from robust_ik.singularities.find.tangent_walk import polished, readable
+from robust_ik.singularities.geometry.screw_chain import ScrewChain
+
+MOST_COMBINATIONS = 1024
+"""Of the values of all angles: more are not tried."""
+TRIALS = 2
+"""Random members of a guess that must be singular for it to be verified at all."""
+PROJECTED = 60
+"""Samples of a similar leaf that are projected where joints are coupled."""
+
+Options = tuple[Values, ...]
+
+
+def completed(chain: ScrewChain, leaves: Sequence[Leaf], rng: np.random.Generator) -> list[Leaf]:
+    """The leaves of one corank, and others with the same angles and other values, where trial shows that they exist."""
+    by_form: dict[tuple[object, ...], list[Leaf]] = {}
+    for leaf in leaves:
+        by_form.setdefault(leaf.shape, []).append(leaf)
+    added: list[Leaf] = []
+    for alike in by_form.values():
+        guesses = list(dict.fromkeys(_guesses(alike)))
+        if alike[0].relations or alike[0].curve:
+            found = [leaf for guess in guesses for leaf in _projected(chain, _with_values(alike, guess), rng)]
+        else:
+            found = [_with_values(alike, guess) for guess in _tried(chain, alike[0], guesses, rng)]
+            found = [replace(leaf, samples=leaf.filled(chain, rng)) for leaf in found]
+        added += [leaf for leaf in found if sound(chain, leaf, rng)]
+    return joined([*leaves, *added])
+
+
+def _guesses(alike: Sequence[Leaf]) -> Iterator[Values]:
+    """Values for the angles of leaves of one form that none of them has."""
+    known = {values_of(leaf) for leaf in alike}
+    for options in _options(alike):
+        if math.prod(len(each) for each in options) <= MOST_COMBINATIONS:
+            yield from (values for values in product(*options) if _rounded(values) not in known)
+
+
+def _options(alike: Sequence[Leaf]) -> Iterator[Options]:
+    """For each angle all values that were found; for leaves of pinned angles only, those of each leaf mirrored, too."""
+    exact = [{values_of(leaf)[i]: leaf.pins[i].value for leaf in alike} for i in range(len(alike[0].pins))]
+    yield tuple(tuple(each[key] for key in sorted(each)) for each in exact)
+    if not alike[0].relations and not alike[0].curve:
+        mirrored = (tuple(_mirrored(pin.angle, pin.value) for pin in leaf.pins) for leaf in alike)
+        yield from {tuple(_rounded(each) for each in options): options for options in mirrored}.values()
+
+
+def _mirrored(angle: Angle, value: float) -> Values:
+    """A value, and those that a symmetric arm would have as well, each once, ascending."""
+    others = (value, -value, np.pi + value, np.pi - value) if angle.circular else (value, -value)
+    return tuple(value for _, value in sorted({round(v, 6) + 0.0: v for v in (nice(angle, o) for o in others)}.items()))
+
+
+def _rounded(values: Values) -> Values:
+    return tuple(round(value, 6) + 0.0 for value in values)
+
+
+def _tried(chain: ScrewChain, like: Leaf, guesses: Sequence[Values], rng: np.random.Generator) -> list[Values]:
+    """Those guesses at which a few random members are singular."""
+    if not guesses:
+        return []
+    members = like.filled(chain, rng, TRIALS * len(guesses))
+    for pin, values in zip(like.pins, np.array(guesses).T):
+        members = pin.angle.moved(members, np.repeat(values, TRIALS))
+    singular = is_singular(chain, members, like.corank).reshape(len(guesses), TRIALS).all(axis=1)
+    return [guesses[int(place)] for place in np.flatnonzero(singular)]
+
+
+def _with_values(alike: Sequence[Leaf], values: Values) -> Leaf:
+    """A leaf with other values, made from the one that shares the most."""
+    rounded = _rounded(values)
+    like = max(alike, key=lambda leaf: sum(a == b for a, b in zip(values_of(leaf), rounded)))
+    return replace(like, pins=tuple(replace(pin, value=value) for pin, value in zip(like.pins, values)))
+
+
+def _projected(chain: ScrewChain, guess: Leaf, rng: np.random.Generator) -> list[Leaf]:
+    """The leaves with given pins and coupled joints, by projection of the samples of a similar one."""
+    coupled = {joint for relation in guess.relations for joint in relation.joints} | set(guess.curve)
+    open_ = replace(guess, relations=(), curve=tuple(sorted(coupled)))
+    values = polished(chain, open_.pinned(guess.samples[:PROJECTED]), guess.corank)
+    clear, dimensions = readable(chain, values, guess.corank)
+    values = values[open_.holds(values) & clear & (dimensions == guess.dimension)]
+    return coupled_leaves(chain, replace(open_, samples=values), rng) if len(values) else []

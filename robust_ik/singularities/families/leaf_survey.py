@@ -1,0 +1,135 @@
+"""Every leaf of one corank that points lead to: discovered, verified by deed, completed. Arrays only."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from robust_ik.checks import Array
+from robust_ik.singularities.families.degenerate_leaves import folded_leaves
+from robust_ik.singularities.families.leaf import HOLDS, Leaf, cleaned, explained, sound
+from robust_ik.singularities.families.leaf_discovery import discover
+from robust_ik.singularities.families.leaf_guesses import completed
+from robust_ik.singularities.families.leaf_merging import joined
+from robust_ik.singularities.find.tangent_walk import Mask, polished, readable
+from robust_ik.singularities.geometry.screw_chain import ScrewChain
+
+AT_CROSSINGS = 2e-3
+"""Points that cannot be read lie at crossings, where ‖r‖ ≤ 1e-11 still allows such distances, rad or m."""
+NEAR_CROSSINGS, BESIDE, MOSTLY = 0.01, 12, 0.7
+"""At crossings of several strata they may be this far off, rad or m; of so many points around such a one this part must
+lead to known leaves for it to count as one of theirs."""
+SHAKE = 0.1
+ROUNDS = 3
+KEPT = 400
+"""Samples of a leaf that are kept."""
+
+
+@dataclass(frozen=True, eq=False)
+class Survey:
+    """What points of one corank led to.
+
+    Attributes:
+        leaves: All verified.
+        explained: Which points lie on one of them, or on a leaf of higher corank, (N,).
+        rejected: How many leaves failed the verification.
+    """
+
+    leaves: tuple[Leaf, ...]
+    explained: Mask
+    rejected: int
+
+
+def survey(
+    chain: ScrewChain,
+    corank: int,
+    values: Array,
+    rng: np.random.Generator,
+    *,
+    known: Sequence[Leaf] = (),
+    higher: Sequence[Leaf] = (),
+) -> Survey:
+    """The leaves of one corank.
+
+    Args:
+        chain: What moves the tip.
+        corank: k.
+        values: Points whose corank is at least k, (N, n).
+        rng: For walks, fills and shakes.
+        known: Leaves of this corank that were found before.
+        higher: Leaves of higher corank: points on them are accounted for.
+    """
+    leaves, rejected = list(known), 0
+    accounted = accounts(chain, corank, [*leaves, *higher], values)
+    for round_ in range(ROUNDS):
+        rest = values[~accounted]
+        if len(rest) == 0:
+            break
+        if round_ > 0:
+            # What cannot be read where it is may be read beside.
+            rest = polished(chain, rest + SHAKE * rng.standard_normal(rest.shape), corank)
+        candidates = joined([cleaned(chain, leaf, rng) for leaf in discover(chain, rest, corank, rng)])
+        leaves, failed = _found_anew(chain, leaves, candidates, rng)
+        rejected += failed
+        accounted = accounts(chain, corank, [*leaves, *higher], values)
+    if not accounted.all():
+        folded = [cleaned(chain, leaf, rng) for leaf in folded_leaves(chain, values[~accounted], corank, rng)]
+        leaves, _ = _found_anew(chain, leaves, folded, rng)
+        accounted = accounts(chain, corank, [*leaves, *higher], values)
+    return Survey(tuple(replace(leaf, samples=leaf.samples[:KEPT]) for leaf in leaves), accounted, rejected)
+
+
+def accounts(chain: ScrewChain, corank: int, leaves: Sequence[Leaf], values: Array) -> Mask:
+    """Which points (N, n), of corank k at least, lie on one of the leaves.
+
+    Points that cannot be read are matched with more tolerance; a curve, which has no equation, accounts for those
+    points where its pins hold and that have its dimension, if they can be read. Where several strata cross, ‖r‖ is tiny
+    even farther away from all of them: what counts there is where nearby points lead to.
+    """
+    result, plain = _on_leaves(chain, corank, leaves, values)
+    doubtful = np.flatnonzero(~result & ~plain)
+    near: Mask = np.zeros(len(doubtful), dtype=bool)
+    for leaf in leaves:
+        near |= leaf.holds(values[doubtful], NEAR_CROSSINGS)
+    doubtful = doubtful[near]
+    if doubtful.size:
+        around = np.repeat(values[doubtful], BESIDE, axis=0)
+        around = around + NEAR_CROSSINGS * np.random.default_rng(0).standard_normal(around.shape)
+        led, _ = _on_leaves(chain, corank, leaves, polished(chain, around, corank))
+        result[doubtful] = led.reshape(len(doubtful), BESIDE).mean(axis=1) > MOSTLY
+    return result
+
+
+def _on_leaves(chain: ScrewChain, corank: int, leaves: Sequence[Leaf], values: Array) -> tuple[Mask, Mask]:
+    """Which points lie on one of the leaves, and which can be read and seem to have no larger dimension than these."""
+    clear, dimensions = readable(chain, values, corank)
+    tolerance, result = np.where(clear, HOLDS, AT_CROSSINGS), np.zeros(len(values), dtype=bool)
+    for leaf in leaves:
+        fits = leaf.off(values) <= tolerance
+        if leaf.curve and leaf.corank == corank:
+            fits &= ~clear | ((dimensions == leaf.dimension) & (not leaf.folded))
+        result |= fits
+    largest = max((leaf.dimension for leaf in leaves), default=chain.n)
+    return result, clear & (dimensions <= largest)
+
+
+def _found_anew(
+    chain: ScrewChain, leaves: Sequence[Leaf], candidates: Sequence[Leaf], rng: np.random.Generator
+) -> tuple[list[Leaf], int]:
+    """The leaves with those candidates that pass the trial and what they suggest, and how many do not pass."""
+    good = [leaf for leaf in candidates if sound(chain, leaf, rng)]
+    return uncovered(completed(chain, joined([*leaves, *good]), rng)), len(candidates) - len(good)
+
+
+def uncovered(leaves: Sequence[Leaf]) -> list[Leaf]:
+    """The leaves without curves that others, which have equations, have all the samples of."""
+    related = [leaf for leaf in leaves if not leaf.curve]
+    return [leaf for leaf in leaves if not _is_covered(leaf, related)]
+
+
+def _is_covered(leaf: Leaf, others: Sequence[Leaf]) -> bool:
+    """Whether a curve is one of the other leaves, which say more, unnoticed for want of points."""
+    same = [other for other in others if other.dimension == leaf.dimension]
+    return bool(leaf.curve) and bool(explained(same, leaf.samples).all())

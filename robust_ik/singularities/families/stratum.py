@@ -1,0 +1,146 @@
+"""Stratum: one row of the atlas. Arrays only."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from robust_ik.checks import Array, readonly
+from robust_ik.singularities.conditions.angle_sums import Angle
+from robust_ik.singularities.conditions.condition_notation import Symbols, condition, equation
+from robust_ik.singularities.conditions.trig_relations import Relation
+from robust_ik.singularities.families.leaf import Leaf, Pin
+from robust_ik.singularities.families.leaf_merging import Values, values_of
+from robust_ik.singularities.lost_motion.along_a_stratum import Lost
+
+SAMPLES = 64
+"""Samples that a row carries."""
+
+
+@dataclass(frozen=True)
+class Condition:
+    """An angle that has one of some values.
+
+    Attributes:
+        angle: Of one joint, or a sum of several.
+        values: Rad or m, ascending.
+        words: As people write it.
+    """
+
+    angle: Angle
+    values: Values
+    words: str
+
+    def __str__(self) -> str:
+        return self.words
+
+
+@dataclass(frozen=True, eq=False)
+class Stratum:
+    """A family of configurations at which the arm loses `corank` directions of motion.
+
+    Attributes:
+        corank: How many directions are lost.
+        conditions: Angles that have one of a few values each; all combinations are meant.
+        relations: Equations between coupled joints; their angles count joints from 1.
+        equations: The relations in words.
+        free: Joints that may have any value, indices from 0.
+        curve: Joints that are coupled with no short relation: their samples are the answer.
+        components: How many connected pieces the family has, angles taken modulo 2π.
+        counted: Whether `components` is exact; else it is an estimate from samples.
+        dimension: Of the family: n less the number of independent conditions.
+        samples: Configurations on it as joint values, rad or m, (S, n).
+        residual: Largest σ_{m−k+1}/σ₁ at random members: that the family is singular.
+        off: Largest σ_{m−k+1} at them of the model as it was given, in the units of the Jacobian; 0 to rounding
+            unless the model's angles are rounded.
+        floor: Largest value that it still has where descent from them ends: 0 if the model as given has such
+            configurations itself, nearby.
+        within_limits: Whether some of it lies within the joint limits.
+        margin: Of the member that is farthest inside the limits, the least distance of a joint to one of its limits,
+            rad or m; negative by how far the limits exclude the family; infinite without limits.
+        inside: Those values of the conditions, one for each, at which some of it lies within the limits.
+        lost: What is lost there.
+    """
+
+    corank: int
+    conditions: tuple[Condition, ...]
+    relations: tuple[Relation, ...]
+    equations: tuple[str, ...]
+    free: tuple[int, ...]
+    curve: tuple[int, ...]
+    components: int
+    counted: bool
+    dimension: int
+    samples: Array
+    residual: float
+    off: float = 0.0
+    floor: float = 0.0
+    within_limits: bool = True
+    margin: float = np.inf
+    inside: tuple[Values, ...] = ()
+    lost: Lost | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "samples", readonly(self.samples))
+
+    def __str__(self) -> str:
+        return self.words
+
+    @property
+    def words(self) -> str:
+        """All conditions: "q2 ∈ {0, π} and q3 = ±π/2"."""
+        parts = [*(each.words for each in self.conditions), *self.equations]
+        if self.curve:
+            names = ", ".join(f"q{joint + 1}" for joint in self.curve)
+            parts.append(f"{names} coupled: no short relation, see the curve")
+        return " and ".join(parts) if parts else "everywhere"
+
+    @property
+    def leaves(self) -> tuple[Leaf, ...]:
+        """Its pieces, one for every combination of values; those of a relation that is a curve share samples."""
+        found = []
+        for values in _combinations([each.values for each in self.conditions]):
+            pins = tuple(Pin(each.angle, value) for each, value in zip(self.conditions, values))
+            leaf = Leaf(self.corank, self.dimension, pins, self.relations, self.free, self.curve, self.samples)
+            own = leaf.holds(self.samples)
+            found.append(replace(leaf, samples=self.samples[own]) if own.any() else leaf)
+        return tuple(found)
+
+    @property
+    def fitted(self) -> float:
+        """Largest residual of its fitted relations, 0 without any."""
+        return max((relation.residual for relation in self.relations), default=0.0)
+
+
+def _combinations(values: Sequence[Values]) -> list[Values]:
+    found: list[Values] = [()]
+    for each in values:
+        found = [(*before, value) for before in found for value in each]
+    return found
+
+
+def stratum(leaves: Sequence[Leaf], known: Symbols, components: tuple[int, bool], residual: float) -> Stratum:
+    """The row that leaves make up: the same angles, values in all combinations."""
+    first = leaves[0]
+    exact = [{values_of(leaf)[i]: leaf.pins[i].value for leaf in leaves} for i in range(len(first.pins))]
+    order = sorted(range(len(exact)), key=lambda i: (len(first.pins[i].angle.joints), first.pins[i].angle.joints))
+    conditions = []
+    for i in order:
+        values = tuple(sorted(exact[i].values()))
+        conditions.append(Condition(first.pins[i].angle, values, condition(first.pins[i].angle, values, known)))
+    share = max(SAMPLES // len(leaves), 4)
+    return Stratum(
+        corank=first.corank,
+        conditions=tuple(conditions),
+        relations=first.relations,
+        equations=tuple(equation(relation, known) for relation in first.relations),
+        free=first.free,
+        curve=first.curve,
+        components=components[0],
+        counted=components[1],
+        dimension=first.dimension,
+        samples=np.concatenate([leaf.pinned(leaf.samples[-share:]) for leaf in leaves]),
+        residual=residual,
+    )

@@ -1,0 +1,63 @@
+"""Rows of the atlas from verified leaves: words, pieces, limits, floors."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from robust_ik.checks import Array
+from robust_ik.kinematics.svd import svd
+from robust_ik.singularities.conditions.arm_record import RobotFacts
+from robust_ik.singularities.families.connected_pieces import count_components
+from robust_ik.singularities.families.leaf import Leaf
+from robust_ik.singularities.families.leaf_merging import rows
+from robust_ik.singularities.families.limit_margin import margin
+from robust_ik.singularities.families.stratum import Stratum, stratum
+from robust_ik.singularities.find.projection_search import project
+from robust_ik.singularities.find.tangent_walk import relative_sigmas
+from robust_ik.singularities.lost_motion.along_a_stratum import lost_along
+
+FILLS = 16
+EDGE = 1e-9
+"""A margin above minus this is within the limits, rad."""
+
+
+def make_rows(facts: RobotFacts, leaves: Sequence[Leaf], rng: np.random.Generator) -> Iterator[list[Stratum]]:
+    """The rows of one corank after the other, of each that has any, coranks ascending."""
+    for corank in sorted({leaf.corank for leaf in leaves}):
+        groups = rows([leaf for leaf in leaves if leaf.corank == corank])
+        yield sorted((_row(facts, group, rng) for group in groups), key=_order)
+
+
+def _order(row: Stratum) -> tuple[int, int, tuple[tuple[int, ...], ...], str]:
+    """Large dimensions first, then by joints."""
+    return row.corank, -row.dimension, tuple(each.angle.joints for each in row.conditions), row.words
+
+
+def _row(facts: RobotFacts, leaves: Sequence[Leaf], rng: np.random.Generator) -> Stratum:
+    pieces, exact = count_components(facts.chain, leaves[0], rng)
+    members = np.concatenate([leaf.filled(facts.chain, rng, FILLS) for leaf in leaves])
+    residual = float(relative_sigmas(facts.chain, members)[:, facts.chain.m - leaves[0].corank].max())
+    row = stratum(leaves, facts.symbols, (pieces * len(leaves), exact), residual)
+    off, floor = _as_given(facts, row.corank, members)
+    lost = lost_along(facts.chain, facts.tool, row.corank, row.samples)
+    return replace(_within(facts, row), off=off, floor=floor, lost=lost)
+
+
+def _as_given(facts: RobotFacts, corank: int, members: Array) -> tuple[float, float]:
+    """Largest σ_{m−k+1} of the model as given at members (N, n) of a stratum, and where descent from them ends."""
+    weakest = facts.given.m - corank
+    off = float(svd(facts.given.jacobian(members)).s[:, weakest].max())
+    if facts.given is facts.chain:
+        return off, 0.0
+    found = project(facts.given, corank, members)
+    return off, float(np.where(found.converged, 0.0, found.residual.s[:, weakest]).max())
+
+
+def _within(facts: RobotFacts, row: Stratum) -> Stratum:
+    """The row with what the joint limits leave of it."""
+    margins = [(margin(facts.chain, leaf, facts.lower, facts.upper), leaf) for leaf in row.leaves]
+    inside = tuple(tuple(pin.value for pin in leaf.pins) for size, leaf in margins if size >= -EDGE)
+    return replace(row, within_limits=bool(inside), margin=max(size for size, _ in margins), inside=inside)

@@ -1,0 +1,1 @@
+"""Searches for single singular configurations, and steps along the set of them."""

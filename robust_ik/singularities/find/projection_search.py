@@ -1,0 +1,99 @@
+"""Levenberg and Marquardt's method for N searches at once. Arrays only."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from robust_ik.checks import Array
+from robust_ik.singularities.find.rank_residual import Indices, Mask, Residual
+from robust_ik.singularities.geometry.screw_chain import ScrewChain
+
+TOLERANCE = 1e-11
+"""‖r‖/σ₁ that counts as zero."""
+STEPS = 60
+LONGEST_STEP = 0.5
+"""Of one joint in one step, rad or m."""
+FIRST_DAMPING, LESS, MORE = 0.1, 0.2, 4.0
+"""Damping μ in units of ‖r‖σ₁: at first, and its factors where ‖r‖ fell and where it did not."""
+WORTHWHILE, PATIENCE = 0.95, 6
+"""A search stalls when so many steps together brought ‖r‖ no factor like this one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """Where N searches ended.
+
+    Attributes:
+        values: Joint values, (N, n).
+        residual: There.
+        tries: Steps tried, (N,).
+        converged: Whether ‖r‖ was brought to zero, (N,).
+    """
+
+    values: Array
+    residual: Residual
+    tries: Indices
+    converged: Mask
+
+    def copy(self) -> Search:
+        """One that can be written to."""
+        everything = np.arange(len(self.values))
+        return Search(self.values.copy(), self.residual.select(everything), self.tries.copy(), self.converged.copy())
+
+    def put(self, which: Indices, other: Search, better: Mask) -> None:
+        """Writes those of another search that are better in place of some of this one, and adds its steps to all.
+
+        Args:
+            which: Indices here, one for each there.
+            other: The other search.
+            better: Which of it to take.
+        """
+        self.tries[which] += other.tries
+        self.values[which[better]] = other.values[better]
+        self.converged[which[better]] = other.converged[better]
+        self.residual.put(which[better], other.residual.select(np.flatnonzero(better)))
+
+
+def project(chain: ScrewChain, corank: int, values: Array, tolerance: float = TOLERANCE) -> Search:
+    """Steps from each of the joint values (N, n) until ‖r‖ ≤ tolerance σ₁ or no step helps."""
+    values = values.copy()
+    state = Residual.at(chain, values, corank)
+    norm, relative = state.norm, state.relative
+    damping = np.full(len(values), FIRST_DAMPING)
+    idle, tries = np.zeros((2, len(values)), dtype=int)
+    for _ in range(STEPS):
+        active = np.flatnonzero((relative > tolerance) & (idle < PATIENCE))
+        if active.size == 0:
+            break
+        trial = values[active] + step(state.select(active), damping[active])
+        there = Residual.at(chain, trial, corank)
+        before, after = norm[active], there.norm
+        tries[active] += 1
+        idle[active] = np.where(after < WORTHWHILE * before, 0, idle[active] + 1)
+        damping[active] *= np.where(after < before, LESS, MORE)
+        better = np.flatnonzero(after < before)
+        taken, there = active[better], there.select(better)
+        values[taken], norm[taken], relative[taken] = trial[better], after[better], there.relative
+        state.put(taken, there)
+    return Search(values, state, tries, relative <= tolerance)
+
+
+def step(at: Residual, damping: Array) -> Array:
+    """−(AᵀA + μI)⁻¹Aᵀr with μ = damping ‖r‖ σ₁, cut to LONGEST_STEP, (N, n).
+
+    μ falls with ‖r‖, not with its square, because strata are rarely complete intersections: A has a null space there.
+
+    Args:
+        at: r and A = ∂r/∂q of N configurations.
+        damping: (N,).
+    """
+    from robust_ik.kernels.matrices.levenberg_marquardt import steps
+
+    count, p, n = at.derivative.shape
+    size, result = min(p, n), np.empty((count, n))
+    mu = damping * at.norm * at.scale
+    room = np.empty((size, size)), np.empty((1, size))
+    steps(at.derivative, np.ascontiguousarray(at.weakest), mu, LONGEST_STEP, *room, result)
+    return result

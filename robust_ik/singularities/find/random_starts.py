@@ -1,0 +1,176 @@
+"""Points of every corank from random starts, all at once. NumPy only."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robust_ik.checks import Array, as_array, checked_parameter
+from robust_ik.errors import InputError
+from robust_ik.kinematics.svd import singular_values
+from robust_ik.singularities.find.gradient_search import gradient_search
+from robust_ik.singularities.find.projection_search import TOLERANCE, Search
+from robust_ik.singularities.find.projection_search import project as project
+from robust_ik.singularities.find.rank_residual import Indices, Mask, check_corank, coranks, ranks
+from robust_ik.singularities.find.singular_points import Points
+from robust_ik.singularities.geometry.screw_chain import ScrewChain
+
+Progress = Callable[[int, int], None]
+Method = Literal["projection", "gradient"]
+
+CHUNK = 1024
+"""Starts that are searched at once: a few megabytes."""
+PUSH, PUSHES = 0.7, 4
+"""Standard deviation of what a search that stalls is moved by, rad or m, and how often: most stall at saddles."""
+SHAKES = (0.05, 0.1, *[0.25] * 6)
+"""Standard deviations of what a point at a crossing is moved by before it is projected again, rad or m."""
+NEARBY = 2e-4
+"""How far around a point its stratum is sampled to measure its dimension, rad or m."""
+
+
+def find_points(
+    chain: ScrewChain,
+    corank: int,
+    starts: int | ArrayLike = 1000,
+    rng: np.random.Generator | None = None,
+    *,
+    method: Method = "projection",
+    tolerance: float = TOLERANCE,
+    measured: bool = True,
+    progress: Progress | None = None,
+) -> Points:
+    """Configurations whose corank is at least k, from random starts; joint limits play no part.
+
+    Args:
+        chain: What moves the tip.
+        corank: k, from 1 to the number of task rows.
+        starts: How many uniform starts within the chain's ranges, or the starts themselves, (S, n).
+        rng: For the starts and for what moves them on; the same ones by default.
+        method: "projection" (Levenberg-Marquardt on the residual), or "gradient", the paper's own, to compare.
+        tolerance: ‖r‖/σ₁ that counts as zero, r being the residual: the k smallest singular values.
+        measured: Whether to measure the dimension by samples where ∂r/∂q does not tell it; else n − rank stands there.
+        progress: Called with how many starts are done and how many there are.
+
+    Raises:
+        InputError: There cannot be such a corank, there is no such method, or the robot has fewer joints than task
+            rows.
+    """
+    check_corank(chain, corank)
+    if method not in ("projection", "gradient"):
+        raise InputError(f"method must be 'projection' or 'gradient', got {method!r}")
+    tolerance = checked_parameter("tolerance", tolerance, above=0)
+    rng = np.random.default_rng(0) if rng is None else rng
+    begin = starts_of(chain, starts, rng)
+    parts = []
+    for first in range(0, len(begin), CHUNK):
+        part = begin[first : first + CHUNK]
+        if method == "gradient":
+            found = gradient_search(chain, corank, part, tolerance)
+        else:
+            found = search(chain, corank, part, rng, tolerance)
+        parts.append(points_of(chain, corank, found, rng, tolerance, measured=measured))
+        if progress is not None:
+            progress(min(first + CHUNK, len(begin)), len(begin))
+    return Points.joined(parts)
+
+
+def starts_of(chain: ScrewChain, starts: int | ArrayLike, rng: np.random.Generator) -> Array:
+    """Starts that were given, or so many random ones, (S, n).
+
+    Raises:
+        InputError: They are neither.
+    """
+    if isinstance(starts, (int, np.integer)) and not isinstance(starts, bool):
+        if starts < 1:
+            raise InputError(f"starts must be at least 1, got {starts}")
+        return chain.random(rng, int(starts))
+    given = as_array(starts, "starts", (None, chain.n))
+    if given.ndim != 2 or len(given) == 0:
+        raise InputError(f"starts must be a count or have shape (S, {chain.n}), got {given.shape}")
+    return given
+
+
+def search(
+    chain: ScrewChain, corank: int, starts: Array, rng: np.random.Generator, tolerance: float = TOLERANCE
+) -> Search:
+    """Projects starts (N, n) to the corank; pushes those that stall, and shakes those that end at a crossing.
+
+    A point stays where no shake leads to a clear one of just that corank.
+    """
+    found = project(chain, corank, starts, tolerance)
+    for _ in range(PUSHES):
+        again = np.flatnonzero(~found.converged)
+        if again.size == 0:
+            break
+        other = project(chain, corank, _moved(found.values[again], PUSH, rng), tolerance)
+        found.put(again, other, other.residual.norm < found.residual.norm[again])
+    for size in SHAKES:
+        again = np.flatnonzero(found.converged & ~_clear(found, corank))
+        if again.size == 0:
+            break
+        other = project(chain, corank, _moved(found.values[again], size, rng), tolerance)
+        found.put(again, other, other.converged & _clear(other, corank))
+    return found
+
+
+def _moved(values: Array, size: float, rng: np.random.Generator) -> Array:
+    return np.asarray(values + size * rng.standard_normal(values.shape))
+
+
+def _clear(found: Search, corank: int) -> Mask:
+    at = found.residual
+    return np.asarray((coranks(at.s, at.scale) == corank) & ranks(at.derivative, at.scale)[1])
+
+
+def points_of(
+    chain: ScrewChain,
+    corank: int,
+    found: Search,
+    rng: np.random.Generator,
+    tolerance: float = TOLERANCE,
+    *,
+    measured: bool = True,
+) -> Points:
+    """A search as points, with the local dimension of the stratum at each."""
+    hit = np.flatnonzero(found.converged)
+    values, at = found.values[hit], found.residual.select(hit)
+    rank, clear = ranks(at.derivative, at.scale)
+    dimensions = chain.n - rank
+    if measured:
+        dimensions[~clear] = local_dimensions(chain, corank, values[~clear], rng, tolerance)
+    return Points(
+        corank=corank,
+        values=chain.wrapped(values),
+        residual=at.relative,
+        iterations=found.tries[hit],
+        coranks=coranks(at.s, at.scale),
+        dimensions=dimensions,
+        folded=~clear,
+        minima=chain.wrapped(found.values[~found.converged]),
+        floors=found.residual.relative[~found.converged],
+    )
+
+
+def local_dimensions(
+    chain: ScrewChain, corank: int, values: Array, rng: np.random.Generator, tolerance: float = TOLERANCE
+) -> Indices:
+    """The dimension of the stratum around singular points, by samples: it needs no rank of ∂r/∂q.
+
+    Args:
+        chain: What moves the tip.
+        corank: Its corank.
+        values: Points on it, (N, n).
+        rng: For the samples.
+        tolerance: As for `find_points`.
+
+    Returns:
+        Dimensions (N,): of what nearby points span once they are projected.
+    """
+    count = 2 * chain.n
+    around = _moved(np.repeat(values, count, axis=0), NEARBY, rng)
+    found = project(chain, corank, around, tolerance)
+    moves = (found.values - np.repeat(values, count, axis=0)) * found.converged[:, None] / NEARBY
+    return np.asarray(np.sum(singular_values(moves.reshape(-1, count, chain.n)) > 0.2, axis=1))

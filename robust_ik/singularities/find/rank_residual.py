@@ -1,0 +1,124 @@
+"""r = vec(U₂ᵀ J V₂), which vanishes where the corank is at least k, and its derivative. NumPy only.
+
+U₂ holds the k weakest left singular vectors, V₂ the n − m + k weakest right ones, those of the null space included.
+Both stay fixed within a step, so that no singular vector is differentiated and clusters need no care.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robust_ik.checks import Array
+from robust_ik.errors import InputError
+from robust_ik.kinematics.svd import full_svd, singular_values
+from robust_ik.singularities.geometry.screw_chain import ScrewChain
+
+Indices = NDArray[np.int_]
+Mask = NDArray[np.bool_]
+
+CLEAR, NOISE = 1e-3, 1e-7
+"""Singular values of ∂r/∂q in between, as fractions of the largest one, may be zeros or not. A residual of 1e-11 that
+vanishes to second order leaves them at 1e-6."""
+FLAT = 1e-4
+"""∂r/∂q that is smaller than this fraction of σ₁ may be zero."""
+SAME_CORANK = 1e-6
+"""A singular value below this fraction of σ₁ counts as zero at a point that is polished."""
+
+
+@dataclass(frozen=True, eq=False)
+class Residual:
+    """The residual of N configurations.
+
+    Attributes:
+        corank: k.
+        s: Singular values of the Jacobian, (N, m).
+        derivative: ∂r/∂q, (N, k (n − m + k), n); entry (a, b) of U₂ᵀ J V₂ is row a (n − m + k) + b.
+        scale: What singular values are small against, (N,): σ₁, unless the whole Jacobian vanishes.
+    """
+
+    corank: int
+    s: Array
+    derivative: Array
+    scale: Array
+
+    @classmethod
+    def at(cls, chain: ScrewChain, values: Array, corank: int) -> Residual:
+        """The residual at joint values (N, n)."""
+        found = full_svd(chain.jacobian(values))
+        left = found.U[..., chain.m - corank :]
+        right = np.swapaxes(found.Vt[..., chain.m - corank :, :], -1, -2)
+        A = chain.contraction(values, left, right)
+        A = A.reshape(len(values), left.shape[-1] * right.shape[-1], chain.n)
+        scale = np.maximum(found.s[:, 0], chain.least_scale)
+        return cls(corank, found.s, A, scale)
+
+    @property
+    def weakest(self) -> Array:
+        """The k smallest singular values: the diagonal of r, which is zero elsewhere, (N, k)."""
+        return np.asarray(self.s[:, self.s.shape[1] - self.corank :])
+
+    @property
+    def norm(self) -> Array:
+        """‖r‖, (N,)."""
+        return np.asarray(np.sqrt(np.sum(self.weakest**2, axis=-1)))
+
+    @property
+    def relative(self) -> Array:
+        """‖r‖/σ₁, (N,); 0 for a Jacobian that is zero."""
+        return np.asarray(self.norm / np.where(self.scale > 0, self.scale, 1.0))
+
+    @property
+    def vector(self) -> Array:
+        """R, (N, k (n − m + k))."""
+        k, rows = self.weakest.shape[1], self.derivative.shape[1]
+        r = np.zeros((len(self.weakest), rows))
+        r[:, np.arange(k) * (rows // k + 1)] = self.weakest
+        return r
+
+    def select(self, which: Indices) -> Residual:
+        """That of some of the configurations."""
+        return Residual(self.corank, self.s[which], self.derivative[which], self.scale[which])
+
+    def put(self, which: Indices, other: Residual) -> None:
+        """Writes the residuals of other configurations in the place of some."""
+        self.s[which], self.derivative[which], self.scale[which] = other.s, other.derivative, other.scale
+
+
+def check_corank(chain: ScrewChain, corank: int) -> None:
+    """Refuses a corank that a chain cannot have, and chains that are singular everywhere.
+
+    Raises:
+        InputError: With what is possible.
+    """
+    if chain.m > chain.n:
+        raise InputError(
+            f"{chain.n} joints cannot move {chain.m} task rows ({' '.join(chain.rows)}): every configuration is "
+            f"singular; choose at most {chain.n} rows"
+        )
+    if isinstance(corank, bool) or not isinstance(corank, (int, np.integer)) or not 1 <= corank <= chain.m:
+        raise InputError(f"corank must be 1 to {chain.m}, the number of task rows, got {corank!r}")
+
+
+def coranks(s: Array, scale: Array | float) -> Indices:
+    """How many singular values of polished points are zero, (..., m) → (...), next to a scale, (...)."""
+    return np.asarray(np.sum(s <= SAME_CORANK * np.asarray(scale)[..., None], axis=-1))
+
+
+def ranks(derivative: Array, sigma: Array | float = 0.0) -> tuple[Indices, Mask]:
+    """The rank of each matrix and whether it is clear.
+
+    Args:
+        derivative: ∂r/∂q, (N, p, n).
+        sigma: σ₁ of the Jacobians, (N,): next to it, a ∂r/∂q that is small as a whole is no clear one.
+
+    Returns:
+        How many singular values are no zeros, (N,), and whether none is in between, (N,).
+    """
+    a = singular_values(derivative)
+    largest = a[:, :1]
+    kept, doubtful = a > CLEAR * largest, (a > NOISE * largest) & (a <= CLEAR * largest)
+    clear = ~doubtful.any(axis=1) & (largest[:, 0] >= FLAT * np.asarray(sigma))
+    return np.asarray(np.sum(kept, axis=1)), np.asarray(clear)

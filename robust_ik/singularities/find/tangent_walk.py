@@ -1,0 +1,161 @@
+"""Steps along a stratum: its tangent space, back onto it, far along it. Arrays only."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robust_ik.checks import Array
+from robust_ik.kinematics.svd import singular_values, svd
+from robust_ik.singularities.find.projection_search import project
+from robust_ik.singularities.find.rank_residual import Residual, coranks
+from robust_ik.singularities.geometry.screw_chain import ScrewChain
+
+Mask = NDArray[np.bool_]
+Indices = NDArray[np.int_]
+
+WEAK, STRONG = 1e-10, 1e-5
+"""Singular values of ∂r/∂q, relative to σ₁: below the one they are zero, above the other they are not; points with
+others lie too near to a crossing of strata to be read."""
+
+POLISHED = 1e-14
+"""‖r‖/σ₁ that polishing aims at."""
+REFUSED = 1 / 3
+"""A corrector longer than this part of its predictor may have changed the stratum."""
+STRAIGHT = 0.8
+"""A step's direction must lie in the next tangent space up to this cosine."""
+WANDER = 0.3
+"""How much a walk changes its direction at every step, and how it begins anew after a refusal."""
+STILL = 1e-6
+"""A joint that moves less along a walk stands still, rad or m."""
+
+
+@dataclass(frozen=True, eq=False)
+class Walk:
+    """Walks from N points along their strata.
+
+    Attributes:
+        values: (N, steps + 1, n), the start first; after a refused step the walk turns and goes another way.
+        moved: The farthest that each joint came from the start, (N, n).
+        taken: How many steps were taken, (N,).
+    """
+
+    values: Array
+    moved: Array
+    taken: Indices
+
+
+def tangents(chain: ScrewChain, values: Array, corank: int, dimensions: Indices) -> Array:
+    """Projectors (N, n, n) onto the tangent spaces of strata of corank k at points (N, n), the dimensions known."""
+    if len(values) == 0:
+        return np.empty((0, chain.n, chain.n))
+    return tangents_at(Residual.at(chain, values, corank), dimensions)
+
+
+def tangents_at(residual: Residual, dimensions: Indices) -> Array:
+    """The same where the residual of the N points is known already."""
+    return _along(svd(residual.derivative).Vt, dimensions)
+
+
+def _along(normals: Array, dimensions: Indices) -> Array:
+    """Projectors (N, n, n) onto what is normal to the first n − dimension rows of (N, r, n)."""
+    count, n = normals.shape[1:]
+    rows = normals * (np.arange(count) < (n - np.asarray(dimensions))[:, None])[..., None]
+    return np.asarray(np.eye(n) - np.swapaxes(rows, 1, 2) @ rows)
+
+
+def readable(chain: ScrewChain, values: Array, corank: int) -> tuple[Mask, Indices]:
+    """Which polished points (N, n) have exactly the corank and a clear dimension, and the dimensions, (N,) each."""
+    if len(values) == 0:
+        return np.empty(0, dtype=bool), np.empty(0, dtype=int)
+    at = Residual.at(chain, values, corank)
+    return _read(at, singular_values(at.derivative), corank)
+
+
+def _read(at: Residual, a: Array, corank: int) -> tuple[Mask, Indices]:
+    a = a / np.maximum(at.scale[:, None], 1e-300)
+    rank = np.sum(a > STRONG, axis=1)
+    clear = (np.sum(a > WEAK, axis=1) == rank) & (rank > 0) & (coranks(at.s, at.scale) == corank)
+    return np.asarray(clear), np.asarray(at.derivative.shape[-1] - rank)
+
+
+def relative_sigmas(chain: ScrewChain, values: Array) -> Array:
+    """σ/σ₁ at joint values (N, n), (N, m)."""
+    s = svd(chain.jacobian(values)).s
+    scale = np.maximum(s[:, :1], chain.least_scale)
+    return np.asarray(s / np.where(scale > 0, scale, 1.0))
+
+
+def polished(chain: ScrewChain, values: Array, corank: int, tolerance: float = POLISHED) -> Array:
+    """The nearest points of corank k, by a few damped Newton steps, (N, n); as they are where none is near."""
+    if len(values) == 0:
+        return values
+    return np.asarray(project(chain, corank, values, tolerance).values)
+
+
+def walk(
+    chain: ScrewChain,
+    values: Array,
+    corank: int,
+    dimensions: Indices,
+    rng: np.random.Generator,
+    *,
+    steps: int = 16,
+    length: float = 0.2,
+    resting: Sequence[int] = (),
+) -> Walk:
+    """Predictor and corrector along the strata, each walk in its own direction.
+
+    Args:
+        chain: What moves the tip.
+        values: Points to start from, of exactly corank k, (N, n).
+        corank: k.
+        dimensions: Of the strata at the points, (N,).
+        rng: For the directions.
+        steps: How many.
+        length: Of a step, rad or m.
+        resting: Free joints that walks leave alone.
+    """
+    motion = np.ones(chain.n)
+    motion[list(resting)] = 0.0
+    here, heading = values.copy(), motion * rng.standard_normal(values.shape)
+    path, taken = [values], np.zeros(len(values), dtype=int)
+    offset, moved = np.zeros_like(values), np.zeros_like(values)
+    P = tangents(chain, here, corank, dimensions)
+    labels = still_joints(P)
+    for _ in range(steps):
+        along = _units((P @ heading[..., None])[..., 0])
+        there = polished(chain, here + length * along, corank)
+        P_there, fits = _seen(chain, there, corank, dimensions)
+        allowed = fits & (np.linalg.norm(there - here - length * along, axis=1) <= REFUSED * length)
+        allowed &= (still_joints(P_there) == labels).all(axis=1)
+        allowed &= np.linalg.norm((P_there @ along[..., None])[..., 0], axis=1) > STRAIGHT
+        offset += np.where(allowed[:, None], there - here, 0.0)
+        here = np.where(allowed[:, None], there, here)
+        P = np.where(allowed[:, None, None], P_there, P)
+        moved = np.maximum(moved, np.abs(offset))
+        taken += allowed
+        heading = np.where(allowed[:, None], along, 0.0) + WANDER * motion * rng.standard_normal(values.shape)
+        path.append(here)
+    return Walk(np.stack(path, axis=1), moved, taken)
+
+
+def still_joints(P: Array) -> Mask:
+    """Joints that tangent spaces with projectors (N, n, n) do not move, (N, n): the same all over a stratum."""
+    return np.asarray(np.diagonal(P, axis1=1, axis2=2) < STILL**2)
+
+
+def _units(vectors: Array) -> Array:
+    size = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.asarray(vectors / np.where(size > 0, size, 1.0))
+
+
+def _seen(chain: ScrewChain, values: Array, corank: int, dimensions: Indices) -> tuple[Array, Mask]:
+    """The tangent spaces as projectors, and at which points they are clear, of exactly the corank and the dimension."""
+    at = Residual.at(chain, values, corank)
+    found = svd(at.derivative)
+    clear, its = _read(at, found.s, corank)
+    return _along(found.Vt, dimensions), clear & (its == dimensions)

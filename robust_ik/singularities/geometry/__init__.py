@@ -1,0 +1,1 @@
+"""The screw axes of an arm, and what singular configurations depend on."""

@@ -1,0 +1,86 @@
+"""Nominal geometry made exact: 1.5708 in a file is meant to be π/2. NumPy only.
+
+A rounded angle destroys strata: what is singular by symmetry then is nearly so.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from robust_ik.checks import Array
+from robust_ik.kinematics.chain import axis_frames
+from robust_ik.singularities.geometry.constants import axes_at_zero
+from robust_ik.singularities.geometry.screw_chain import ScrewChain
+
+if TYPE_CHECKING:
+    from robust_ik.robot.robot import Robot
+
+TOLERANCE = 1e-4
+"""Angles this near to a multiple of π/12 are taken to be it, rad."""
+UNCHANGED = 1e-11
+STEP = np.pi / 12
+
+
+def straightened(robot: Robot, chain: ScrewChain, tolerance: float = TOLERANCE) -> tuple[ScrewChain, tuple[str, ...]]:
+    """The chain with every nearly exact direction exact, and each change in words; lengths stay as they are.
+
+    Args:
+        robot: Whose chain it is.
+        chain: The chain as the model has it.
+        tolerance: Largest change of an angle, rad.
+    """
+    joints = [joint for joint in robot.description.chain(str(robot.tip)) if joint.kind != "fixed"]
+    rotation, origin = np.eye(3), np.zeros(3)
+    before = np.eye(4)
+    axes, points, changes = [], [], []
+    frames = [robot.pose(robot.neutral, joint.child) for joint in joints]
+    for joint, frame, axis in zip(joints, frames, axes_at_zero(chain.rotations, chain.offsets)[0]):
+        step = np.linalg.inv(before) @ frame
+        exact, change = nearest_exact(step[:3, :3], tolerance)
+        own, tilt = nearest_direction(frame[:3, :3].T @ axis, tolerance)
+        if max(change, tilt) > UNCHANGED:
+            changes.append(f"{joint.name}: turned by {max(change, tilt):.2g} rad")
+        origin = origin + rotation @ step[:3, 3]
+        rotation = rotation @ exact
+        axes.append(rotation @ own)
+        points.append(origin)
+        before = frame
+    tip = np.eye(4)
+    tip[:3, 3] = origin + rotation @ (np.linalg.inv(before) @ robot.pose(robot.neutral)[:, 3])[:3]
+    if not changes:
+        return chain, ()
+    rotations, offsets, last = axis_frames(np.array(axes), np.array(points), tip)
+    return replace(chain, rotations=rotations, offsets=offsets, tip=last[:3, 3]), tuple(changes)
+
+
+def nearest_exact(R: Array, tolerance: float) -> tuple[Array, float]:
+    """The rotation with roll, pitch and yaw multiples of π/12 where they nearly are, and the change in rad."""
+    whole = np.round(R)
+    if np.abs(R - whole).max() < tolerance and np.isclose(np.linalg.det(whole), 1.0):
+        exact = whole
+    else:
+        pitch = float(np.arcsin(np.clip(-R[2, 0], -1.0, 1.0)))
+        angles = np.array([np.arctan2(R[2, 1], R[2, 2]), pitch, np.arctan2(R[1, 0], R[0, 0])])
+        snapped = np.round(angles / STEP) * STEP
+        exact = _from_rpy(np.where(np.abs(angles - snapped) < tolerance, snapped, angles))
+        if np.abs(exact - R).max() > 2 * tolerance:
+            return R, 0.0
+    return exact, float(np.linalg.norm(exact - R) / np.sqrt(2))
+
+
+def _from_rpy(angles: Array) -> Array:
+    (cr, cp, cy), (sr, sp, sy) = np.cos(angles), np.sin(angles)
+    roll = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
+    pitch = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
+    yaw = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
+    return np.asarray(yaw @ pitch @ roll)
+
+
+def nearest_direction(axis: Array, tolerance: float) -> tuple[Array, float]:
+    """The coordinate axis that a unit vector nearly is, else itself, and the change in rad."""
+    whole = np.round(axis)
+    change = float(np.linalg.norm(axis - whole))
+    return (whole, change) if change < tolerance and np.linalg.norm(whole) == 1.0 else (axis, 0.0)

@@ -1,0 +1,1 @@
+"""What is lost at a singular configuration: twists, wrenches, words, and whether it can be left."""

@@ -1,0 +1,76 @@
+"""What is lost along a stratum: in words, and as an example with its numbers. Arrays only."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from robust_ik.checks import Array, readonly
+from robust_ik.kinematics.twist_rows import ROWS
+from robust_ik.singularities.geometry.screw_chain import ScrewChain
+from robust_ik.singularities.lost_motion.axis_landmarks import Axes, landmarks
+from robust_ik.singularities.lost_motion.lost_motion import LostMotion, lost_motion
+from robust_ik.singularities.lost_motion.wording import in_words
+
+SAMPLES = 8
+FLAT = 1e-7
+"""Curvature, in units of the twist per rad², below which a self-motion does not lead along a lost direction."""
+
+
+@dataclass(frozen=True, eq=False)
+class Lost:
+    """What a stratum takes away.
+
+    Attributes:
+        words: What the structure bears by itself, and so what the tool cannot do, as far as it is the same throughout.
+        way_out: Whether self-motions lead along what is lost, to second order.
+        values: Joint values of the example, rad or m, (n,).
+        example: What is lost there, in numbers; positions and world axes with the tool's point as origin.
+    """
+
+    words: str
+    way_out: str
+    values: Array
+    example: LostMotion
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "values", readonly(self.values))
+
+    def __str__(self) -> str:
+        return f"{self.words}; {self.way_out}"
+
+
+def lost_along(chain: ScrewChain, tool: Array, corank: int, samples: Array) -> Lost:
+    """What is lost along a stratum.
+
+    Args:
+        chain: What moves the tip.
+        tool: The tool's axes in the last joint's axis frame, (3, 3).
+        corank: Of the stratum.
+        samples: Configurations on it as joint values, (S, n).
+    """
+    values = samples[np.unique(np.linspace(0, len(samples) - 1, SAMPLES).round().astype(int))]
+    every = replace(chain, rows=ROWS, length_scale=1.0)
+    rows = tuple(ROWS.index(row) for row in chain.rows)
+    lost, axes = [], []
+    for J, H, each in zip(every.jacobian(values), every.hessian(values), values):
+        T = np.eye(4)
+        T[:3, :3] = chain.last_axes(each) @ tool
+        lost.append(lost_motion(J[list(rows)], H[list(rows)], T, corank, rows))
+        axes.append(Axes.of(J, np.zeros(3)))
+    return Lost(in_words(lost, axes, landmarks(axes[0])), _way_out(lost), values[0], lost[0])
+
+
+def _way_out(lost: Sequence[LostMotion]) -> str:
+    """What the curvatures of all samples say."""
+    curvature = np.array([each.curvature for each in lost])  # (S, k, 2)
+    low, high = curvature[..., 0].min(axis=1), curvature[..., 1].max(axis=1)
+    if (np.abs(curvature) < FLAT).all():
+        return "self-motions do not lead along it to second order"
+    if ((low < -FLAT) & (high > FLAT)).all():
+        return "self-motions lead along it to both sides"
+    if ((low >= -FLAT) ^ (high <= FLAT)).all():
+        return "self-motions lead along it to one side only: an end of reach"
+    return "whether self-motions lead along it differs along the family"

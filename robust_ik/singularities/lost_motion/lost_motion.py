@@ -1,0 +1,92 @@
+"""What is lost at a singular configuration: twists, wrench screws, self-motions, a way out. Arrays only."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from robust_ik.checks import Array, as_array, readonly
+from robust_ik.errors import InputError
+from robust_ik.kinematics.svd import full_svd
+from robust_ik.singularities.lost_motion.sparse_basis import sparse_basis
+from robust_ik.singularities.lost_motion.wrench_screw import WrenchScrew
+
+
+@dataclass(frozen=True, eq=False)
+class LostMotion:
+    """What a singular configuration of corank k takes away.
+
+    Attributes:
+        twists: Directions that the tool cannot move in, world axes at the tool's point, orthonormal and sparse
+            columns, (6, k), linear rows first; zero in rows that the task does not have.
+        tool_twists: The same subspace along the tool's axes, sparse columns of its own, (6, k).
+        screws: The wrenches that the structure bears, one for each column of `twists`.
+        self_motions: Joint motions that move the tool nowhere, orthonormal columns, (n, n − m + k).
+        origin: The tool's point, (3,), m, which moments are about.
+        curvature: For each column of `twists`, the smallest and the largest of uᵀ H[v, v] over unit self-motions v,
+            (k, 2), in the units of the twist per rad². Of one sign: the tool leaves along u to one side only, as at the
+            end of its reach. Of both: to both sides. Zero: to second order it does not leave.
+    """
+
+    twists: Array
+    tool_twists: Array
+    screws: tuple[WrenchScrew, ...]
+    self_motions: Array
+    origin: Array
+    curvature: Array
+
+    def __post_init__(self) -> None:
+        for name in ("twists", "tool_twists", "self_motions", "origin", "curvature"):
+            object.__setattr__(self, name, readonly(getattr(self, name)))
+
+    @property
+    def corank(self) -> int:
+        """How many directions are lost."""
+        return int(self.twists.shape[1])
+
+
+ALL_ROWS = (0, 1, 2, 3, 4, 5)
+
+
+def lost_motion(
+    J: Array, hessian: Array, T_world_tool: Array, corank: int, rows: tuple[int, ...] = ALL_ROWS
+) -> LostMotion:
+    """What is lost at a configuration of a known corank.
+
+    Args:
+        J: Jacobian, world axes at the tool's point, (m, n), m ≤ n.
+        hessian: ∂J/∂q, (m, n, n).
+        T_world_tool: The tool's pose, (4, 4).
+        corank: k ≥ 1.
+        rows: Which of the six rows of a twist J has.
+
+    Raises:
+        InputError: Shapes do not fit, or the corank is not in [1, m].
+    """
+    J = as_array(J, "J", (len(rows), None))
+    m, n = J.shape
+    hessian, T = as_array(hessian, "hessian", (m, n, n)), as_array(T_world_tool, "T_world_tool", (4, 4))
+    if not 1 <= corank <= m <= n:
+        raise InputError(f"corank must lie in [1, {m}] for {m} rows and {n} joints, got {corank}")
+    found = full_svd(J)
+    basis = np.zeros((6, corank))
+    basis[list(rows)] = found.U[:, m - corank :]
+    twists = sparse_basis(basis)
+    self_motions = found.Vt[m - corank :].T
+    turn = np.kron(np.eye(2), T[:3, :3].T)
+    return LostMotion(
+        twists=twists,
+        tool_twists=sparse_basis(turn @ twists),
+        screws=tuple(WrenchScrew.of(column, T[:3, 3]) for column in twists.T),
+        self_motions=self_motions,
+        origin=T[:3, 3],
+        curvature=np.array([_curvature(column[list(rows)], hessian, self_motions) for column in twists.T]),
+    )
+
+
+def _curvature(u: Array, hessian: Array, motions: Array) -> tuple[float, float]:
+    """Extremes of uᵀ H[v, v] over unit self-motions."""
+    form = motions.T @ np.tensordot(u, hessian, 1) @ motions
+    values = np.linalg.eigvalsh((form + form.T) / 2)
+    return float(values[0]), float(values[-1])

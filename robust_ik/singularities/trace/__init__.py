@@ -1,0 +1,1 @@
+"""Along families: curves, the nearest singular configuration, paths within limits."""

@@ -1,0 +1,103 @@
+"""The nearest singular configuration of an atlas, and what happens on the way to it. Arrays only."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from robust_ik.checks import Array, readonly
+from robust_ik.kinematics.svd import svd
+from robust_ik.singularities.conditions.angle_sums import wrapped
+from robust_ik.singularities.families.leaf import Leaf, is_singular
+from robust_ik.singularities.families.stratum import Stratum
+from robust_ik.singularities.find.tangent_walk import polished, tangents
+from robust_ik.singularities.geometry.screw_chain import ScrewChain
+
+SAMPLES = 12
+APPROACHES, LONGEST = 30, 0.4
+PATH = 33
+
+
+@dataclass(frozen=True, eq=False)
+class Nearest:
+    """The nearest singular configuration, limits left aside.
+
+    Attributes:
+        stratum: The stratum that it lies on.
+        distance: Euclidean distance of the joint values, rad and m alike.
+        values: Its joint values, within half a turn of where one came from, (n,).
+        path: Joint values on the straight way there, (P, n).
+        sigma: σ_{m−k+1} on the way, in the units of the Jacobian, (P,); zero at the end.
+    """
+
+    stratum: Stratum
+    distance: float
+    values: Array
+    path: Array
+    sigma: Array
+
+    def __post_init__(self) -> None:
+        for name in ("values", "path", "sigma"):
+            object.__setattr__(self, name, readonly(getattr(self, name)))
+
+
+def nearest(chain: ScrewChain, strata: Sequence[Stratum], values: Array) -> list[Nearest]:
+    """The nearest configuration of every stratum, the nearest stratum first.
+
+    Args:
+        chain: What moves the tip.
+        strata: Rows of an atlas.
+        values: Joint values, (n,).
+    """
+    found = []
+    for stratum in strata:
+        ends = [_nearest_on(chain, leaf, values) for leaf in stratum.leaves]
+        end = min(ends, key=lambda each: float(np.linalg.norm(each - values)))
+        path = values + np.linspace(0.0, 1.0, PATH)[:, None] * (end - values)
+        sigma = svd(chain.jacobian(path)).s[:, chain.m - stratum.corank]
+        found.append(Nearest(stratum, float(np.linalg.norm(end - values)), end, path, sigma))
+    return sorted(found, key=lambda each: (each.distance, -each.stratum.dimension))
+
+
+def _nearest_on(chain: ScrewChain, leaf: Leaf, values: Array) -> Array:
+    """The nearest member of a leaf; of coupled joints a local minimum, the best from several starts."""
+    pinned = _least_move(leaf, values)
+    if not leaf.relations and not leaf.curve:
+        return pinned
+    away = np.linalg.norm(wrapped(leaf.samples - values, chain.period)[:, _coupled(leaf)], axis=1)
+    starts = values + wrapped(leaf.samples[np.argsort(away)[:SAMPLES]] - values, chain.period)
+    starts[:, list(leaf.free)] = values[list(leaf.free)]
+    return _approached(chain, leaf, np.concatenate([pinned[None], starts]), values)
+
+
+def _coupled(leaf: Leaf) -> list[int]:
+    return [joint for joint in range(leaf.samples.shape[1]) if joint not in leaf.free]
+
+
+def _least_move(leaf: Leaf, values: Array) -> Array:
+    """Where the pins hold, with the least change."""
+    if not leaf.pins:
+        return values
+    rows = np.stack([pin.angle.row(len(values)) for pin in leaf.pins])
+    change = np.array([float(pin.angle.wrapped(pin.value - pin.angle.of(values))) for pin in leaf.pins])
+    return np.asarray(values + rows.T @ np.linalg.solve(rows @ rows.T, change))
+
+
+def _approached(chain: ScrewChain, leaf: Leaf, starts: Array, goal: Array) -> Array:
+    """The best end of walks along the leaf towards a configuration."""
+    here = polished(chain, starts, leaf.corank)
+    fits = leaf.holds(here) & is_singular(chain, here, leaf.corank)
+    here = here[fits] if fits.any() else goal + wrapped(leaf.samples - goal, chain.period)
+    apart, size = np.linalg.norm(here - goal, axis=1), np.ones(len(here))
+    for _ in range(APPROACHES):
+        P = tangents(chain, here, leaf.corank, np.full(len(here), leaf.dimension))
+        along = (P @ (goal - here)[..., None])[..., 0] * size[:, None]
+        along *= np.minimum(1.0, LONGEST / np.maximum(np.linalg.norm(along, axis=1), 1e-12))[:, None]
+        there = polished(chain, here + along, leaf.corank)
+        closer = leaf.holds(there) & (np.linalg.norm(there - goal, axis=1) < apart)
+        here[closer] = there[closer]
+        apart = np.linalg.norm(here - goal, axis=1)
+        size = np.where(closer, np.minimum(1.0, 1.5 * size), 0.5 * size)
+    return np.asarray(here[int(np.argmin(apart))])
