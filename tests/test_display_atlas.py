@@ -11,17 +11,17 @@ from numpy.testing import assert_allclose
 
 import robust_ik as rik
 from robust_ik.display import plot_curves, write_atlas_html
-from robust_ik.display.atlas_page import atlas_page
-from robust_ik.display.families import families
-from robust_ik.display.family_words import direction_words, screw_words, twist_words
-from robust_ik.display.panels import curve_panels
-from robust_ik.display.torus import pairs, strokes
-from robust_ik.display.wrenches import Wrenches
+from robust_ik.display.drawings.family_motions import families
+from robust_ik.display.drawings.wrenches import Wrenches
+from robust_ik.display.pages.atlas_page import atlas_page
+from robust_ik.display.pages.curve_panels import curve_panels
+from robust_ik.display.pages.family_words import direction_words, screw_words, twist_words
 from robust_ik.errors import InputError
 from robust_ik.kinematics.svd import svd
 from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.robot.robot import Robot
 from robust_ik.singularities import Curve, WrenchScrew, find_singularities, trace
+from robust_ik.singularities.trace.torus_curves import pairs, strokes
 from tests.test_display_report import ARM, EVIL, Tags, animations_of, data_of, tracks
 
 

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from robust_ik.display.marks import Ellipsoids, LostDirections
-from robust_ik.display.motion import carried_frames, follow, full_basis, quaternions, right_handed
+from robust_ik.display.drawings.marks import Ellipsoids, LostDirections
+from robust_ik.display.scene.smooth_motion import carried_frames, follow, full_basis, quaternions, right_handed
 
 ROWS = ("x", "y", "z", "wx", "wy", "wz")
 

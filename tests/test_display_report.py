@@ -13,11 +13,11 @@ from numpy.testing import assert_allclose
 from robust_ik.control.tasks import Follow
 from robust_ik.control.tasks.target_paths import OutAndBack
 from robust_ik.display import Scene, draw_run, write_html
-from robust_ik.display.chart import Curve, Scale, chart
-from robust_ik.display.frames import Frames
-from robust_ik.display.report import report_page
-from robust_ik.display.results import breakable, number
-from robust_ik.display.tracks import LARGEST
+from robust_ik.display.drawings.run_frames import Frames
+from robust_ik.display.pages.comparison_page import report_page
+from robust_ik.display.pages.run_table import breakable, number
+from robust_ik.display.pages.svg_chart import Curve, Scale, chart
+from robust_ik.display.scene.animation_tracks import LARGEST
 from robust_ik.errors import InputError
 from robust_ik.inverses import DampedLeastSquares, JParse, MoorePenrose
 from robust_ik.robot.robot import Robot

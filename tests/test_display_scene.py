@@ -11,12 +11,12 @@ from numpy.testing import assert_allclose
 
 from robust_ik.description.meshes.triangle_meshes import signed_volume
 from robust_ik.display import Scene, draw_configuration, draw_robot
-from robust_ik.display._meshcat import geometry, umsgpack
-from robust_ik.display.names import distinct, node_names
-from robust_ik.display.pack import packed_scene
-from robust_ik.display.shapes import double_arrow, revolved, rod, swept_tube, turning_ring
-from robust_ik.display.tracks import Tracks
-from robust_ik.display.view import View
+from robust_ik.display.scene.animation_tracks import Tracks
+from robust_ik.display.scene.camera import View
+from robust_ik.display.scene.meshcat_module import geometry, umsgpack
+from robust_ik.display.scene.node_names import distinct, node_names
+from robust_ik.display.scene.packed_scene import packed_scene
+from robust_ik.display.scene.primitives import double_arrow, revolved, rod, swept_tube, turning_ring
 from robust_ik.errors import InputError
 from robust_ik.robot.robot import Robot
 from robust_ik.runtime.output_files import write_file

@@ -19,8 +19,9 @@ import pytest
 from tornado.httpclient import HTTPClientError, HTTPRequest
 from tornado.websocket import websocket_connect
 
-from robust_ik.display import Scene, serve, server
-from robust_ik.display._meshcat import geometry, umsgpack
+from robust_ik.display import Scene, serve
+from robust_ik.display.scene import live_server as server
+from robust_ik.display.scene.meshcat_module import geometry, umsgpack
 
 SECONDS = 60
 

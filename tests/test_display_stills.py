@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose
 
 import robust_ik as rik
 from robust_ik.display import stills_figure
-from robust_ik.display.stills import lost_basis
+from robust_ik.display.figures.stills import lost_basis
 
 PI = np.pi
 

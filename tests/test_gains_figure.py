@@ -4,7 +4,7 @@ import pytest
 
 import robust_ik as rik
 from robust_ik.display import plot_gains
-from robust_ik.display.gains import label
+from robust_ik.display.figures.gains import label
 from robust_ik.inverses import CLASSES
 
 FILTERS = [each() for each in CLASSES if issubclass(each, rik.SingularValueFilter)]

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from robust_ik.display.figures import save_figure
+from robust_ik.display.figures.figure_files import save_figure
 from robust_ik.errors import InputError
 from robust_ik.runtime.output_files import check_output, check_outputs, write_file
 

@@ -284,7 +284,7 @@ def test_any_names_go_through(command, tmp_path, words):
 
 
 def test_labels_of_runs_are_text_in_a_page_also_those_that_are_hidden_in_figures(tmp_path):
-    from robust_ik.display.run_figures import runs_figure
+    from robust_ik.display.figures.run_figures import runs_figure
     from robust_ik.simulation.scenarios import stretch
 
     run = stretch(rik.load("planar_2r")).run(rik.JParse())
@@ -300,8 +300,8 @@ def test_nothing_but_this_module_escapes():
     root = Path(rik.__file__).parent
     allowed = {
         root / "errors" / "safe_text.py",
-        root / "display" / "scene.py",
-        root / "display" / "page.py",
+        root / "display" / "scene" / "scene.py",
+        root / "display" / "scene" / "html_page.py",
     }
     for path in set(root.rglob("*.py")) - allowed:
         assert not re.search(r"html\.escape|rich\.markup|import html\b", path.read_text("utf-8")), path

@@ -1,17 +1,17 @@
 """Robots, runs and singularities to look at: MeshCat scenes, live or as files. It only ever reads what it is given."""
 
-from robust_ik.display.atlas_page import write_atlas_html
-from robust_ik.display.configuration import draw_configuration
-from robust_ik.display.curves import curves_figure, plot_curves
-from robust_ik.display.descents import descents_figure
-from robust_ik.display.drawn_robot import DrawnRobot, MissingMesh, draw_robot
-from robust_ik.display.gains import plot_gains
-from robust_ik.display.report import write_html
-from robust_ik.display.run_figures import plot_runs, runs_figure
-from robust_ik.display.runs import draw_run
-from robust_ik.display.scene import Scene, serve
-from robust_ik.display.stills import stills_figure
-from robust_ik.display.workspaces import plot_workspace, workspace_figure
+from robust_ik.display.drawings.configuration import draw_configuration
+from robust_ik.display.drawings.drawn_robot import DrawnRobot, MissingMesh, draw_robot
+from robust_ik.display.drawings.drawn_runs import draw_run
+from robust_ik.display.figures.curves import curves_figure, plot_curves
+from robust_ik.display.figures.descents import descents_figure
+from robust_ik.display.figures.gains import plot_gains
+from robust_ik.display.figures.run_figures import plot_runs, runs_figure
+from robust_ik.display.figures.stills import stills_figure
+from robust_ik.display.figures.workspaces import plot_workspace, workspace_figure
+from robust_ik.display.pages.atlas_page import write_atlas_html
+from robust_ik.display.pages.comparison_page import write_html
+from robust_ik.display.scene.scene import Scene, serve
 
 __all__ = [
     "DrawnRobot",

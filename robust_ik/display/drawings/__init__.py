@@ -1,0 +1,1 @@
+"""Robots, runs and families as drawings in a scene."""

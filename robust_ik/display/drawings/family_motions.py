@@ -1,0 +1,149 @@
+"""Families of singular configurations made ready to be shown: where the robot walks, what it loses, how it leaves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from robust_ik.checks import Array
+from robust_ik.display.scene.smooth_motion import follow_subspace, full_basis
+from robust_ik.errors import InputError
+from robust_ik.kinematics.twist_rows import ROWS
+from robust_ik.robot.robot import Robot
+from robust_ik.singularities.atlas.atlas import SingularityAtlas
+from robust_ik.singularities.conditions.arm_record import SAME, RobotFacts
+from robust_ik.singularities.families.stratum import Stratum
+from robust_ik.singularities.geometry.screw_chain import ScrewChain
+from robust_ik.singularities.lost_motion.lost_motion import LostMotion, lost_motion
+from robust_ik.singularities.lost_motion.way_out import WayOut, way_out
+from robust_ik.singularities.trace.coupled_curves import Curve, trace
+from robust_ik.singularities.trace.family_tour import stroll, within_limits
+
+WALK, SWAY = 12.0, 8.0
+"""Seconds that a round through a family takes, and one out of it to both sides."""
+REACHES = (0.8, 0.5, 0.3)
+"""How far joints go on the way out, rad or m."""
+FRAMES_PER_SECOND = 10
+"""Joints move slowly: the viewer fills in what is between."""
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """The robot under way, and what it loses.
+
+    Attributes:
+        values: Joint values, rad or m, (F, n).
+        duration: Seconds.
+        tip: Tip positions, (F, 3), m.
+        marked: Where what is lost is marked: at the tip, or where the tip was singular, (F, 3), m.
+        twists: What is lost there, world axes, orthonormal columns, (F, 6, k).
+    """
+
+    values: Array
+    duration: float
+    tip: Array
+    marked: Array
+    twists: Array
+
+    @property
+    def times(self) -> Array:
+        """Seconds from the start, (F,)."""
+        return np.linspace(0.0, self.duration, len(self.values))
+
+
+@dataclass(frozen=True, eq=False)
+class Family:
+    """A stratum and what is shown of it.
+
+    Attributes:
+        stratum: The stratum.
+        curves: Of its coupled joints.
+        walk: A round trip through it: every configuration is singular.
+        inside: Whether the walk keeps within the joint limits.
+        lost: What is lost where the walk begins.
+        way: The way out from there.
+        sway: The same way, to both sides and back, what was lost at its beginning beside it.
+    """
+
+    stratum: Stratum
+    curves: tuple[Curve, ...]
+    walk: Motion
+    inside: bool
+    lost: LostMotion
+    way: WayOut
+    sway: Motion
+
+    @classmethod
+    def of(cls, atlas: SingularityAtlas, stratum: Stratum, robot: Robot) -> Family:
+        """What is shown of a stratum of a robot's atlas."""
+        facts, curves = atlas.robot, trace(atlas, stratum)
+        rest = robot.joint_values(robot.rest)
+        trip = stroll(facts, stratum, curves, rest, round(WALK * FRAMES_PER_SECOND) + 1)
+        lost = _lost_at(robot, facts.chain, trip.values[0], stratum.corank)
+        way = _way_inside(facts, trip.values[0], lost)
+        tip = robot.pose(robot.configuration(trip.values))[:, :3, 3]
+        twists = _lost_twists(robot, facts.chain.rows, trip.values, lost.twists)
+        walk = Motion(trip.values, WALK, tip, tip, twists)
+        return cls(stratum, curves, walk, trip.inside, lost, way, _sway(robot, way, walk))
+
+
+def families(atlas: SingularityAtlas, robot: Robot) -> tuple[Family, ...]:
+    """All strata of an atlas.
+
+    Raises:
+        InputError: The atlas is of another robot.
+    """
+    facts = atlas.robot
+    if (facts.chain.joint_names, facts.tip) != (robot.joint_names, robot.tip) or not _same_arm(facts, robot):
+        raise InputError(
+            f"the atlas is of {facts.name} with tip {facts.tip} and joints {', '.join(facts.chain.joint_names)}, "
+            f"not of {robot!r}"
+        )
+    return tuple(Family.of(atlas, stratum, robot) for stratum in atlas.strata)
+
+
+def _same_arm(facts: RobotFacts, robot: Robot) -> bool:
+    """Whether a robot with the same joints has the geometry that the atlas was given."""
+    given = replace(facts.given, length_scale=1.0)
+    values = given.random(np.random.default_rng(0), 4)
+    theirs = robot.jacobian(robot.configuration(values), rows=given.rows)
+    return bool(np.abs(given.jacobian(values) - theirs).max() < SAME)
+
+
+def _lost_at(robot: Robot, chain: ScrewChain, values: Array, corank: int) -> LostMotion:
+    """What is lost at joint values (n,), in metres whatever the length scale of the search."""
+    chain = replace(chain, length_scale=1.0)
+    rows = tuple(ROWS.index(row) for row in chain.rows)
+    T_world_tool = robot.pose(robot.configuration(values))
+    return lost_motion(chain.jacobian(values), chain.hessian(values), T_world_tool, corank, rows)
+
+
+def _lost_twists(robot: Robot, rows: tuple[str, ...], values: Array, first: Array) -> Array:
+    """The directions of the weakest singular values as columns that do not flicker, (F, 6, k)."""
+    count, places = first.shape[1], [ROWS.index(row) for row in rows]
+    U, _ = full_basis(robot.jacobian(robot.configuration(values), rows=rows))
+    twists = np.zeros((len(values), 6, count))
+    twists[:, places] = follow_subspace(U[..., len(rows) - count :], first[places])
+    return twists
+
+
+def _way_inside(facts: RobotFacts, values: Array, lost: LostMotion) -> WayOut:
+    """The way out, as far as it keeps within the joint limits, but far enough to be seen."""
+    for reach in REACHES:
+        way = way_out(facts.chain, values, lost, reach)
+        if within_limits(facts, way.values):
+            break
+    return way
+
+
+def _sway(robot: Robot, way: WayOut, walk: Motion) -> Motion:
+    """Out to one side, back, out to the other and back."""
+    share = np.sin(np.linspace(0.0, 2 * np.pi, round(SWAY * FRAMES_PER_SECOND) + 1))
+    half = (len(way.values) - 1) / 2
+    values = np.stack(
+        [np.interp(half * (1 + share), np.arange(len(way.values)), column) for column in way.values.T], axis=1
+    )
+    tip = robot.pose(robot.configuration(values))[:, :3, 3]
+    marked, twists = (np.repeat(each[:1], len(values), axis=0) for each in (walk.tip, walk.twists))
+    return Motion(values, SWAY, tip, marked, twists)

@@ -1,0 +1,1 @@
+"""Self-contained HTML pages around scenes, tables and charts."""

@@ -1,0 +1,71 @@
+"""What our pages have in common around the 3D view: its legend, its player, a word on what is not drawn."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Sequence
+from typing import Any
+
+from robust_ik.display.drawings.drawn_robot import MissingMesh
+from robust_ik.display.scene.animation_tracks import Tracks
+from robust_ik.display.scene.meshcat_module import Visualizer
+from robust_ik.errors.safe_text import in_html
+
+MOST_NAMED = 40
+Entry = tuple[str, str, str, str]
+"""Of a legend: the group that it hides, its icon, its name, what it means."""
+
+
+def stage(entries: Sequence[Entry], *, over: str = "", beside: str = "") -> str:
+    """HTML of the view with a legend, and the player below.
+
+    Args:
+        entries: Of the legend; the first of a group hides and shows all of it.
+        over: HTML that lies over the view.
+        beside: HTML that stands before the player's button.
+    """
+    legend = "".join(
+        f'<li><button type="button" data-group="{group}" aria-pressed="true" title="{in_html(meaning)}">'
+        f'<i class="icon {icon}"></i>{in_html(name)}</button></li>'
+        for group, icon, name, meaning in entries
+    )
+    return f"""<section class="stage">
+<div class="view">
+<div id="pane"></div>
+<ul class="legend">{legend}</ul>
+{over}</div>
+<div class="player">
+{beside}<button type="button" id="play" aria-label="Play or pause"></button>
+<input type="range" id="time" min="0" max="1" step="0.01" value="0" aria-label="Time">
+<output id="clock">0.00 s</output>
+</div>
+</section>"""
+
+
+def missing_notice(missing: Sequence[MissingMesh]) -> str:
+    """HTML that says which meshes are not drawn, if any."""
+    if not missing:
+        return ""
+    named = list(dict.fromkeys((lost.name, lost.reason) for lost in missing))
+    lines = "".join(f"<li><code>{in_html(name)}</code> {in_html(reason)}</li>" for name, reason in named[:MOST_NAMED])
+    more = f"<li>and {len(named) - MOST_NAMED} more</li>" if len(named) > MOST_NAMED else ""
+    count = "One mesh is" if len(named) == 1 else f"{len(named)} meshes are"
+    return (
+        f'<details class="notice"{" open" if len(named) < 3 else ""}><summary>{count} not drawn; simple shapes '
+        f"stand in</summary><ul>{lines}{more}</ul></details>"
+    )
+
+
+def animation_data(animation: Tracks, trail: Visualizer) -> dict[str, Any]:
+    """What the player needs of a motion."""
+    return {
+        "animation": base64.b64encode(animation.packed()).decode("ascii"),
+        "duration": float(animation.times[-1]),
+        "frames": len(animation.times),
+        "trail": node_parts(trail),
+    }
+
+
+def node_parts(node: Visualizer) -> list[str]:
+    """The path of a node as the viewer takes it."""
+    return [part for part in node.path.lower().split("/") if part]
