@@ -19,7 +19,7 @@ from robust_ik.control.resolution import Resolution
 from robust_ik.control.resolvers import Resolver, TaskPriority
 from robust_ik.control.resolvers.base import InverseResolver
 from robust_ik.control.resolvers.step_status import reductions, verdict
-from robust_ik.control.tasks import Stack, Task, checked_stack
+from robust_ik.control.tasks import Levels, Stack, Task, checked_stack
 from robust_ik.control.tasks.base import Drive, Moment
 from robust_ik.control.units import Units
 from robust_ik.errors import InputError
@@ -117,7 +117,8 @@ class VelocityController:
 
         Args:
             q: Configuration, (nq,).
-            stack: Levels of tasks, the most important first; one task stands for [[task]].
+            stack: Levels of tasks, the most important first; [task, task] stands for one level of them, one task for
+                [[task]].
             dt: Length of the step, s.
 
         Returns:
@@ -229,7 +230,7 @@ class VelocityController:
         answer = verdict(told, qdot / self._units.joints, scales.tolist(), reductions(told))
         return self._units.resolution(problem, answer)
 
-    def _problem(self, q: Array, stack: Stack, dt: float) -> VelocityProblem:
+    def _problem(self, q: Array, stack: Levels, dt: float) -> VelocityProblem:
         bounds = Bounds.free(self.robot.n)
         for limit in reversed(self.limits):
             bounds = bounds.within(limit.bounds(self.robot, q, self.qdot, dt))

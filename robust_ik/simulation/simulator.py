@@ -15,7 +15,7 @@ from robust_ik.checks.public_arguments import checked
 from robust_ik.control.limits import Limit
 from robust_ik.control.resolution import Resolution
 from robust_ik.control.resolvers import Resolver, TaskPriority
-from robust_ik.control.tasks import FrameTask, Stack, checked_stack, pose_error
+from robust_ik.control.tasks import FrameTask, Levels, checked_stack, pose_error
 from robust_ik.control.velocity_controller import VelocityController
 from robust_ik.errors import InputError
 from robust_ik.kinematics.svd import length, svd
@@ -116,7 +116,7 @@ def _run(controller: VelocityController, motion: Motion, q: Array, steps: int, d
     return record.trajectory(controller.resolver, q, stack)
 
 
-def _stack_at(motion: Motion, now: float) -> Stack:
+def _stack_at(motion: Motion, now: float) -> Levels:
     """The stack at a time; a pose in its place is a path that is not wrapped."""
     stack = motion(now) if callable(motion) else motion
     if isinstance(stack, np.ndarray):
@@ -134,7 +134,7 @@ def _number_of_steps(duration: float, dt: float) -> int:
     return steps
 
 
-def _watched(stack: Stack) -> FrameTask | None:
+def _watched(stack: Levels) -> FrameTask | None:
     """The first task with a target pose."""
     return next((task for level in stack for task in level if isinstance(task, FrameTask)), None)
 
@@ -165,7 +165,7 @@ class _Record:
         self.active: list[tuple[str, ...]] = []
         self.contradictions: list[tuple[str, ...]] = []
 
-    def write(self, i: int, now: float, q: Array, stack: Stack, resolution: Resolution) -> None:
+    def write(self, i: int, now: float, q: Array, stack: Levels, resolution: Resolution) -> None:
         self.time[i], self.q[i], self.qdot[i] = now, q, resolution.qdot
         self.pose[i], self.target[i], self.error[i] = self._where(q, stack)
         self.sigma[i] = svd(self.robot.jacobian(q, self.frame)).s
@@ -181,7 +181,7 @@ class _Record:
                     self.levels[name] = np.pad(self.levels[name], ((0, 0), (0, 1)), constant_values=np.nan)
                 self.levels[name][i, index] = value
 
-    def _where(self, q: Array, stack: Stack) -> tuple[Array, Array, Array]:
+    def _where(self, q: Array, stack: Levels) -> tuple[Array, Array, Array]:
         """Pose, target and error, (6,), at q."""
         pose, error = self.robot.pose(q, self.frame), np.zeros(6)
         task = _watched(stack)
@@ -192,7 +192,7 @@ class _Record:
         error[kept] = pose_error(pose, task.target)[kept]
         return pose, task.target, error
 
-    def trajectory(self, resolver: Resolver, q: Array, stack: Stack) -> Trajectory:
+    def trajectory(self, resolver: Resolver, q: Array, stack: Levels) -> Trajectory:
         names = ("time", "q", "qdot", "target", "pose", "error", "sigma")
         arrays: dict[str, Any] = {name: readonly(getattr(self, name)) for name in names}
         self.status.setflags(write=False)

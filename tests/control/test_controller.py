@@ -215,7 +215,17 @@ def test_what_is_no_configuration_is_refused(q, match):
         rik.VelocityController(PANDA).step(q, near(), DT)
 
 
-@pytest.mark.parametrize("stack", [None, [], "stack", [[]], [near()], [[near()], []], [[1]], {}, [[near()], None]])
+def test_a_list_of_tasks_is_one_level_and_a_task_a_stack(rng):
+    q, tasks = PANDA.random(rng), [near(), rik.DampingTask()]
+    alike = [rik.VelocityController(PANDA).step(q, stack, DT) for stack in (tasks, [tasks], tuple(tasks))]
+    assert all((each.qdot == alike[0].qdot).all() and len(each.levels) == 1 for each in alike)
+    alone = [rik.VelocityController(PANDA).step(q, stack, DT).qdot for stack in (tasks[0], tasks[:1], [tasks[:1]])]
+    assert all((each == alone[0]).all() for each in alone)
+
+
+@pytest.mark.parametrize(
+    "stack", [None, [], "stack", [[]], [near(), []], [near(), [near()]], [[near()], []], [[1]], {}, [[near()], None]]
+)
 def test_what_is_no_stack_is_refused(stack):
     with pytest.raises(rik.InputError, match="stack"):
         rik.VelocityController(PANDA).step(PANDA.rest, stack, DT)

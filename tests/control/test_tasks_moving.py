@@ -111,7 +111,7 @@ def test_the_stack_has_the_levels_below_and_every_setting_reaches_the_task():
         ({"path": np.eye(4)}, "path must be a function"),
         ({"gain": 0}, "gain must be > 0"),
         ({"feedforward": np.zeros(6)}, "feedforward must be True or False"),
-        ({"below": [PostureTask(np.zeros(7))]}, "a level of below must be a list of tasks"),
+        ({"below": [PostureTask(np.zeros(7)), []]}, "a level of below must be a list of tasks"),
         ({"below": PostureTask(np.zeros(7))}, "below must be a list of levels"),
         ({"below": [[np.zeros(7)]]}, "below must hold tasks"),
         ({"below": [[]]}, "a level of below must be a list of tasks, at least one"),

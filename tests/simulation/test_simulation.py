@@ -103,7 +103,7 @@ def test_the_damped_loop_chatters_just_above_the_predicted_step_and_not_below():
         ({"motion": lambda t: np.eye(4)}, r"Follow\(path\) makes them from a path"),
         ({"motion": np.eye(4)}, r"Follow\(path\) makes them from a path"),
         ({"motion": []}, "a stack must have at least one level"),
-        ({"motion": [rik.FrameTask(np.eye(4))]}, "a level of a stack must be a list of tasks"),
+        ({"motion": [rik.FrameTask(np.eye(4)), []]}, "a level of a stack must be a list of tasks"),
         ({"motion": [[]]}, r"at least one, such as \[task\], got \[\]"),
         ({"dt": None}, "dt must be a number, got None"),
         ({"motion": [[rik.PostureTask(np.zeros(3))]]}, r"planar_2r, \(2,\), got shape \(3,\)"),

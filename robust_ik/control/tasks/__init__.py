@@ -16,7 +16,7 @@ from robust_ik.control.tasks.posture import PostureTask
 from robust_ik.control.tasks.relative import RelativeTask
 from robust_ik.control.tasks.replay import Replay
 from robust_ik.control.tasks.singular_value import SingularValueTask
-from robust_ik.control.tasks.stack import Stack, checked_levels, checked_stack
+from robust_ik.control.tasks.stack import Levels, Stack, checked_levels, checked_stack
 from robust_ik.control.tasks.teleoperation import TwistCommand
 from robust_ik.control.tasks.twist import TwistTask
 
@@ -28,6 +28,7 @@ __all__ = [
     "FrameTask",
     "JointRangeTask",
     "JointTask",
+    "Levels",
     "ManipulabilityTask",
     "OrientationTask",
     "PositionTask",

@@ -81,7 +81,10 @@ class Follow:
         """The stack at `time`, s."""
         target = self.path(time)
         twist = path_twist(self.path, time) if self.feedforward else np.zeros(6)
-        return [[replace(self._task, target=target, feedforward=twist)], *(list(level) for level in self.below)]
+        return [
+            [replace(self._task, target=target, feedforward=twist)],
+            *map(list, checked_levels("below", self.below)),
+        ]
 
     @property
     def duration(self) -> float | None:

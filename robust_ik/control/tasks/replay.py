@@ -51,7 +51,7 @@ class Replay:
     def __call__(self, time: float) -> list[list[Task]]:
         """The stack at `time`, s."""
         task = TwistTask(self.twist(time), self.frame, self.reference)
-        return [[task], *(list(level) for level in self.below)]
+        return [[task], *map(list, checked_levels("below", self.below))]
 
     def twist(self, time: float) -> Array:
         """What is commanded at `time`, (6,)."""

@@ -8,20 +8,25 @@ from collections.abc import Sequence
 from robust_ik.control.tasks.base import Task
 from robust_ik.errors import InputError
 
-Stack = Sequence[Sequence[Task]]
-"""A list of levels, the most important first, each a list of the tasks that share it."""
+Stack = Sequence[Sequence[Task]] | Sequence[Task]
+"""A list of levels, the most important first, each a list of the tasks that share it; a list of tasks is one level."""
+
+Levels = tuple[tuple[Task, ...], ...]
+"""A stack that has been checked."""
 
 
-def checked_levels(name: str, levels: object) -> tuple[tuple[Task, ...], ...]:
+def checked_levels(name: str, levels: object) -> Levels:
     """Levels of tasks as tuples, possibly none.
 
     Args:
         name: What to call them in the message.
-        levels: What was given.
+        levels: What was given; a list of tasks alone is one level.
 
     Raises:
         InputError: They are no list of lists of tasks; the message says what is not.
     """
+    if isinstance(levels, (list, tuple)) and levels and all(isinstance(each, Task) for each in levels):
+        return (tuple(levels),)
     if not isinstance(levels, (list, tuple)):
         shown = reprlib.repr(levels)
         raise InputError(f"{name} must be a list of levels, each a list of tasks, such as [[task]], got {shown}")
@@ -35,7 +40,7 @@ def checked_levels(name: str, levels: object) -> tuple[tuple[Task, ...], ...]:
     return tuple(tuple(level) for level in levels)
 
 
-def checked_stack(stack: Stack | Task) -> tuple[tuple[Task, ...], ...]:
+def checked_stack(stack: Stack | Task) -> Levels:
     """At least one level; one task stands for a stack of its own.
 
     Raises:
