@@ -1,0 +1,89 @@
+"""The architecture page, and the contracts that hold it."""
+
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PACKAGE = ROOT / "robust_ik"
+PAGE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+CONTRIBUTING = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+MOST = 16
+"""Files of a folder."""
+PLUG_INS = {"inverses", "control/tasks", "control/resolvers"}
+"""Folders of which each file is one of a kind: they may have more."""
+
+
+def folders(below):
+    return {path.parent.name for path in below.glob("*/__init__.py")}
+
+
+def test_the_page_names_every_room_and_every_folder_in_it_and_no_other():
+    rows = re.findall(r"^\| `(\w+)` \| [^|]+ \|([^|]*)\|$", PAGE, re.MULTILINE)
+    assert {room for room, _ in rows} == folders(PACKAGE)
+    for room, inside in rows:
+        assert set(re.findall(r"`(\w+)`", inside)) == folders(PACKAGE / room), room
+
+
+def test_rooms_stand_in_the_order_of_the_contract():
+    contract = re.search(r"layers = \[\n(.*?)\]", (ROOT / "pyproject.toml").read_text(encoding="utf-8"), re.DOTALL)
+    layers = [row.split(" | ") for row in re.findall(r'"([^"]+)"', contract[1])]
+    assert len(layers) <= 10
+    height = {room: -place for place, row in enumerate(layers) for room in row}
+    shown = re.findall(r"^\| `(\w+)` \| [^|]+ \|[^|]*\|$", PAGE, re.MULTILINE)
+    heights = [height[room] for room in shown]
+    assert heights == sorted(heights)
+
+
+@pytest.mark.parametrize("text", [PAGE, CONTRIBUTING], ids=["architecture", "contributing"])
+def test_files_that_pages_name_are_there(text):
+    named = re.findall(r"`((?:[a-z_]+/)+(?:[a-z_]+\.\w+)?)`", text)
+    assert len(named) > 10
+    for name in named:
+        places = (ROOT / name, PACKAGE / name)
+        assert any(place.exists() for place in places) or "my_" in name, name
+
+
+def test_no_folder_has_more_files_than_one_can_read_as_a_list():
+    for init in PACKAGE.rglob("__init__.py"):
+        folder = init.parent
+        if folder.relative_to(PACKAGE).as_posix() not in PLUG_INS:
+            assert len(list(folder.glob("*.py"))) <= MOST, folder
+    assert not {path.name for path in PACKAGE.glob("*.py")} - {"__init__.py"}
+
+
+SMUGGLED = [
+    ("singularities/lost_motion/wrench_screw.py", "import pinocchio", "Pinocchio lives"),
+    ("certificates/prover/rational_matrices.py", "import meshcat", "MeshCat lives"),
+    ("control/compiled_step/stepper.py", "import matplotlib.pyplot", "Matplotlib lives"),
+    ("inverses/jparse.py", "import numba", "Numba lives"),
+    ("control/tasks/frame.py", "import coal", "Coal lives"),
+    ("certificates/checker/check.py", "import robust_ik.certificates.prover.minors", "Who checks a proof"),
+    ("kinematics/svd.py", "import robust_ik.robot.robot", "Imports point down"),
+    ("kernels/matrices/small_svd.py", "import robust_ik.kernels.pose.pose_search", "Inside kernels"),
+    ("singularities/geometry/screw_chain.py", "import robust_ik.singularities.atlas.atlas", "Inside singularities"),
+    ("control/tasks/frame.py", "import robust_ik.control.reaching.task", "Inside control"),
+    ("display/scene/scene.py", "import robust_ik.display.pages.atlas_page", "Inside display"),
+]
+
+
+@pytest.mark.slow
+def test_an_import_that_is_smuggled_in_breaks_its_contract(tmp_path):
+    """All of them at once, each then seen in the contract that is about it."""
+    shutil.copytree(PACKAGE, tmp_path / "robust_ik", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(ROOT / "pyproject.toml", tmp_path)
+    for file, line, _ in SMUGGLED:
+        with (tmp_path / "robust_ik" / file).open("a", encoding="utf-8") as source:
+            source.write(f"\n{line}\n")
+    command = [sys.executable, "-c", "from importlinter.cli import lint_imports_command as run; run()", "--no-cache"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode != 0
+    report = " ".join(done.stdout.split())
+    for file, line, contract in SMUGGLED:
+        assert re.search(rf"{contract}(?:(?!KEPT|BROKEN).)*? BROKEN", report), contract
+        module = "robust_ik." + file.removesuffix(".py").replace("/", ".")
+        assert f"{module} -> {line.split()[1].split('.')[0] if 'robust_ik' not in line else line.split()[1]}" in report
