@@ -1,6 +1,7 @@
 """Singular configurations of an arm: found, told apart, named; and what is lost there."""
 
-from robust_ik.singularities.atlas.atlas import NoSingularitiesError, SingularityAtlas
+from robust_ik.singularities.atlas.atlas import SingularityAtlas
+from robust_ik.singularities.atlas.atlas_record import NoSingularitiesError
 from robust_ik.singularities.atlas.evidence import Evidence, Status
 from robust_ik.singularities.atlas.search import find_singularities
 from robust_ik.singularities.families.stratum import Stratum

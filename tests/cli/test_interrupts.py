@@ -13,7 +13,7 @@ import pytest
 import robust_ik as rik
 from robust_ik.runtime.parallel import process_pool
 from robust_ik.singularities import find_singularities
-from robust_ik.singularities.atlas import search
+from robust_ik.singularities.atlas import search_run as search
 from robust_ik.singularities.atlas.evidence import Status
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals of Unix")
@@ -69,7 +69,7 @@ STOPPING = """
 import signal
 from unittest.mock import patch
 from robust_ik.cli import main
-from robust_ik.singularities.atlas import search
+from robust_ik.singularities.atlas import search_run as search
 def read_corank(work, corank, starts, real=search.read_corank):
     if corank == 2:
         signal.raise_signal(signal.SIGINT)

@@ -9,8 +9,9 @@ from rich.console import Console
 import robust_ik as rik
 from robust_ik.errors import InputError, LoadError, TipError
 from robust_ik.kinematics.svd import svd
-from robust_ik.singularities.atlas.atlas import NoSingularitiesError, SingularityAtlas
+from robust_ik.singularities.atlas.atlas import SingularityAtlas
 from robust_ik.singularities.atlas.atlas_json import to_plain
+from robust_ik.singularities.atlas.atlas_record import NoSingularitiesError
 from robust_ik.singularities.atlas.evidence import Status, missing_mass
 from robust_ik.singularities.atlas.search import find_singularities
 

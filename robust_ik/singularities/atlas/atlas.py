@@ -1,58 +1,25 @@
-"""SingularityAtlas: every family of singular configurations that a search found, and how sure it can be."""
+"""SingularityAtlas: what a search found, with its tables, its file, and the way to search on."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from numpy.typing import ArrayLike
-
-from robust_ik.certificates import Certificate
 from robust_ik.checks.public_arguments import checked
-from robust_ik.errors import RobustIKError
 from robust_ik.runtime.progress import Told
-from robust_ik.singularities.atlas.evidence import Evidence, Status
-from robust_ik.singularities.conditions.arm_record import RobotFacts
-from robust_ik.singularities.families.stratum import Stratum
-from robust_ik.singularities.find.random_starts import Method
-from robust_ik.singularities.trace.nearest_singularity import Nearest, nearest
+from robust_ik.singularities.atlas import atlas_tables
+from robust_ik.singularities.atlas.atlas_json import load, save
+from robust_ik.singularities.atlas.atlas_record import AtlasRecord
+from robust_ik.singularities.atlas.search_run import extend
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from robust_ik.singularities.trace.coupled_curves import Curve
-
-
-class NoSingularitiesError(RobustIKError):
-    """An atlas that was asked to hold strata holds none."""
-
-
-@dataclass(frozen=True)
-class Settings:
-    """How a search was made: with these and the package's version, the same atlas comes again.
-
-    Attributes:
-        corank: The only corank that was looked for, or None for all.
-        seed: Of every random number.
-        starts: Random starts for each corank.
-        tolerance: ‖r‖/σ₁ that counts as zero.
-        method: "projection" or "gradient".
-        certified: Whether proofs were tried.
-    """
-
-    corank: int | None
-    seed: int
-    starts: int
-    tolerance: float
-    method: Method
-    certified: bool = True
-
 
 @dataclass(frozen=True, eq=False)
-class SingularityAtlas:
+class SingularityAtlas(AtlasRecord):
     """Strata by corank. Iterating gives them, `str` a table.
 
     Attributes:
@@ -64,91 +31,15 @@ class SingularityAtlas:
         certificate: The proofs that were tried, checked where they closed; None if none was asked for.
     """
 
-    robot: RobotFacts
-    strata: tuple[Stratum, ...]
-    evidence: tuple[Evidence, ...]
-    settings: Settings
-    interrupted: bool = False
-    certificate: Certificate | None = field(default=None, repr=False)
-
-    def __iter__(self) -> Iterator[Stratum]:
-        return iter(self.strata)
-
-    def __len__(self) -> int:
-        return len(self.strata)
+    @classmethod
+    def of(cls, record: AtlasRecord) -> SingularityAtlas:
+        """The atlas of what a search or a file gave."""
+        return cls(
+            record.robot, record.strata, record.evidence, record.settings, record.interrupted, record.certificate
+        )
 
     def __str__(self) -> str:
         return self.markdown()
-
-    @checked
-    def of_corank(self, corank: int) -> tuple[Stratum, ...]:
-        """The rows of one corank."""
-        return tuple(stratum for stratum in self.strata if stratum.corank == corank)
-
-    @property
-    def highest(self) -> int:
-        """The highest corank that was found; 0 if none was."""
-        return max((stratum.corank for stratum in self.strata), default=0)
-
-    @property
-    def explanation(self) -> str:
-        """What was analysed, what was found, and how sure that is, in sentences."""
-        facts, lines = self.robot, []
-        if facts.reduced:
-            lines.append(facts.reduced)
-        if facts.changes:
-            lines.append(_straightening(facts, self.strata))
-        lines += [f"corank {each.corank}: {self._found(each)}; {each.words}" for each in self.evidence]
-        if self.interrupted:
-            lines.append("the search was interrupted: this is what it had found")
-        return ".\n".join(lines) + "."
-
-    def _found(self, evidence: Evidence) -> str:
-        rows = self.of_corank(evidence.corank)
-        if not rows and evidence.status is Status.INTERRUPTED:
-            return "none found yet"
-        if not rows and not evidence.found:
-            return f"none found by {evidence.fresh} starts, which came no nearer than ‖r‖ = {evidence.floor:.2g} σ₁"
-        families = "1 family" if len(rows) == 1 else f"{len(rows)} families"
-        pieces = sum(row.components for row in rows)
-        rest = f", {evidence.unexplained} points unexplained" if evidence.unexplained else ""
-        return f"{families} in {pieces} {'piece' if pieces == 1 else 'pieces'}{rest}"
-
-    def raise_for_status(self) -> SingularityAtlas:
-        """The atlas itself if it holds strata and is whole.
-
-        Raises:
-            NoSingularitiesError: It does not; the message explains.
-        """
-        if not self.strata or self.interrupted:
-            raise NoSingularitiesError(f"{self.robot.name}: {self.explanation}")
-        return self
-
-    @checked
-    def distance(self, q: ArrayLike) -> Nearest:
-        """The nearest singular configuration of a configuration q, (n,) or (nq,), limits left aside.
-
-        Raises:
-            NoSingularitiesError: The atlas is empty.
-        """
-        return self.distances(q)[0]
-
-    @checked
-    def distances(self, q: ArrayLike) -> list[Nearest]:
-        """The nearest configuration of every stratum, the nearest stratum first."""
-        if not self.strata:
-            raise NoSingularitiesError(f"{self.robot.name}: {self.explanation}")
-        return nearest(self.robot.chain, self.strata, self.robot.values(q))
-
-    @checked
-    def curves(self, stratum: Stratum) -> tuple[Curve, ...]:
-        """What the coupled joints of one of its rows do: closed curves where they have one freedom, else points.
-
-        None where no joints are coupled.
-        """
-        from robust_ik.singularities.trace.coupled_curves import trace  # knows atlases
-
-        return trace(self, stratum)
 
     def extended(
         self, starts: int, *, executor: Executor | None = None, progress: Told | None = None
@@ -160,15 +51,11 @@ class SingularityAtlas:
             executor: Who searches, as for `find_singularities`.
             progress: Called with (steps done, steps in all).
         """
-        from robust_ik.singularities.atlas.search import extend  # makes atlases: it stands above this module
-
-        return extend(self, starts, executor, progress)
+        return SingularityAtlas.of(extend(self, starts, executor, progress))
 
     @checked
     def save(self, path: str | Path) -> Path:
         """Writes it as JSON."""
-        from robust_ik.singularities.atlas.atlas_json import save  # knows atlases
-
         return save(self, path)
 
     @staticmethod
@@ -178,54 +65,24 @@ class SingularityAtlas:
         Raises:
             LoadError: The file is no atlas, or of another version.
         """
-        from robust_ik.singularities.atlas.atlas_json import load  # knows atlases
-
-        return load(path)
+        return SingularityAtlas.of(load(path))
 
     def table(self) -> Table:
         """For a terminal, by rich."""
-        from robust_ik.singularities.atlas import atlas_tables as tables  # knows atlases
-
-        return tables.rich_table(self)
+        return atlas_tables.rich_table(self)
 
     def markdown(self) -> str:
         """As a Markdown table with the explanation below."""
-        from robust_ik.singularities.atlas import atlas_tables as tables
-
-        return tables.markdown(self)
+        return atlas_tables.markdown(self)
 
     def latex(self) -> str:
         """As a LaTeX table."""
-        from robust_ik.singularities.atlas import atlas_tables as tables
-
-        return tables.latex(self)
+        return atlas_tables.latex(self)
 
     def to_pandas(self) -> Any:
         """As a data frame, one row per stratum; pandas must be installed."""
-        from robust_ik.singularities.atlas import atlas_tables as tables
-
-        return tables.to_pandas(self)
+        return atlas_tables.to_pandas(self)
 
     def records(self) -> list[dict[str, Any]]:
         """One dictionary of plain values per stratum."""
-        from robust_ik.singularities.atlas import atlas_tables as tables
-
-        return tables.records(self)
-
-
-def _straightening(facts: RobotFacts, strata: Sequence[Stratum]) -> str:
-    """What was changed before the analysis, and what that means."""
-    changes = "; ".join(facts.changes)
-    if facts.snapped:
-        return f"nominal geometry, straightened as asked: {changes}"
-    nearly = [row for row in strata if row.floor > 0]
-    words = f"the model's angles are rounded; these are the strata of the straight geometry ({changes})"
-    if not strata:
-        return words
-    if not nearly:
-        return f"{words}; the model as given has them too, nearby"
-    floors = f"{min(row.floor for row in nearly):.1g} to {max(row.floor for row in nearly):.1g}"
-    return (
-        f"{words}; the model as given has {len(strata) - len(nearly)} of the {len(strata)} families too, nearby; near "
-        f"the others it is only nearly singular, σ falling no lower than {floors}"
-    )
+        return atlas_tables.records(self)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from robust_ik.errors import LoadError
 from robust_ik.kinematics.twist_rows import checked_rows
-from robust_ik.singularities.atlas.atlas import Settings, SingularityAtlas
+from robust_ik.singularities.atlas.atlas_record import AtlasRecord, Settings
 from robust_ik.singularities.atlas.evidence import Evidence
 from robust_ik.singularities.conditions.arm_record import SAME, RobotFacts, jacobians_apart
 from robust_ik.singularities.conditions.condition_notation import condition, equation
@@ -34,7 +34,7 @@ LARGEST = 1e18
 """Of lengths and joint values: what a URDF file may have as a limit, and far below what overflows."""
 
 
-def reread(atlas: SingularityAtlas) -> SingularityAtlas:
+def reread(atlas: AtlasRecord) -> AtlasRecord:
     """The atlas with the words that its conditions have.
 
     Raises:

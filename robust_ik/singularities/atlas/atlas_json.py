@@ -16,8 +16,8 @@ from robust_ik.errors import LoadError, RobustIKError
 from robust_ik.kinematics.twist_rows import checked_rows
 from robust_ik.runtime.files import read_file
 from robust_ik.runtime.output_files import write_file
-from robust_ik.singularities.atlas.atlas import Settings, SingularityAtlas
 from robust_ik.singularities.atlas.atlas_checks import reread
+from robust_ik.singularities.atlas.atlas_record import AtlasRecord, Settings
 from robust_ik.singularities.atlas.corank_search import judged
 from robust_ik.singularities.atlas.evidence import Evidence, Status
 from robust_ik.singularities.atlas.search_state import work_of
@@ -35,12 +35,12 @@ BROKEN = (ValueError, KeyError, TypeError, AttributeError, IndexError, Arithmeti
 CHAIN_ARRAYS = ("rotations", "offsets", "tip", "mixing", "lower", "upper", "period")
 
 
-def save(atlas: SingularityAtlas, path: str | Path) -> Path:
+def save(atlas: AtlasRecord, path: str | Path) -> Path:
     """Writes an atlas; what is lost is written as words, and worked out again when it is read."""
     return write_file(path, json.dumps(to_plain(atlas), ensure_ascii=False, allow_nan=False, indent=1) + "\n")
 
 
-def load(path: str | Path) -> SingularityAtlas:
+def load(path: str | Path) -> AtlasRecord:
     """Reads an atlas; what its proofs say is checked again, not taken from the file.
 
     Raises:
@@ -79,7 +79,7 @@ def certificate_in(path: Path, content: bytes) -> Certificate:
     return Certificate.from_json(text)
 
 
-def to_plain(atlas: SingularityAtlas) -> dict[str, Any]:
+def to_plain(atlas: AtlasRecord) -> dict[str, Any]:
     """The atlas in lists, dictionaries, numbers, words."""
     facts = atlas.robot
     robot = {
@@ -110,7 +110,7 @@ def to_plain(atlas: SingularityAtlas) -> dict[str, Any]:
     }
 
 
-def from_plain(data: dict[str, Any]) -> SingularityAtlas:
+def from_plain(data: dict[str, Any]) -> AtlasRecord:
     """The atlas that `to_plain` took apart."""
     robot = dict(data["robot"])
     chain = _read_chain(robot["chain"])
@@ -129,7 +129,7 @@ def from_plain(data: dict[str, Any]) -> SingularityAtlas:
         }
     )
     certificate = data["certificate"]
-    atlas = SingularityAtlas(
+    atlas = AtlasRecord(
         robot=facts,
         strata=tuple(_read_stratum(facts, each) for each in data["strata"]),
         evidence=tuple(Evidence(**{**each, "status": Status[each["status"]]}) for each in data["evidence"]),

@@ -15,7 +15,7 @@ from robust_ik.errors.safe_text import in_latex, in_markdown, plain, visible
 from robust_ik.singularities.families.stratum import Stratum
 
 if TYPE_CHECKING:
-    from robust_ik.singularities.atlas.atlas import SingularityAtlas
+    from robust_ik.singularities.atlas.atlas_record import AtlasRecord
 
 HEADINGS = ("corank", "conditions", "dim", "pieces", "within limits", "margin", "what is lost, as a wrench")
 NO_LIMITS = "no limits"
@@ -25,7 +25,7 @@ TEX = {
 }  # fmt: skip
 
 
-def records(atlas: SingularityAtlas) -> list[dict[str, Any]]:
+def records(atlas: AtlasRecord) -> list[dict[str, Any]]:
     """One dictionary of plain values per stratum."""
     return [
         {
@@ -55,7 +55,7 @@ def cells(row: Stratum) -> tuple[str, ...]:
     return str(row.corank), row.words, str(row.dimension), pieces, "yes" if row.within_limits else "no", margin, lost
 
 
-def rich_table(atlas: SingularityAtlas) -> Table:
+def rich_table(atlas: AtlasRecord) -> Table:
     """For a terminal, also a narrow one: what is lost stands below the conditions."""
     table = Table(
         title=plain(f"Singularities of {visible(atlas.robot.name)}"),
@@ -76,7 +76,7 @@ def rich_table(atlas: SingularityAtlas) -> Table:
     return table
 
 
-def markdown(atlas: SingularityAtlas) -> str:
+def markdown(atlas: AtlasRecord) -> str:
     """A Markdown table with the explanation below."""
     lines = ["| " + " | ".join(HEADINGS) + " |", "|" + "---|" * len(HEADINGS)]
     lines += ["| " + " | ".join(map(in_markdown, cells(row))) + " |" for row in atlas]
@@ -84,7 +84,7 @@ def markdown(atlas: SingularityAtlas) -> str:
     return table + "\n".join(map(in_markdown, atlas.explanation.split("\n"))) + "\n"
 
 
-def latex(atlas: SingularityAtlas) -> str:
+def latex(atlas: AtlasRecord) -> str:
     """A LaTeX table (booktabs)."""
     lines = [r"\begin{tabular}{rlrrrrl}", r"\toprule", " & ".join(HEADINGS) + r" \\", r"\midrule"]
     for row in atlas:
@@ -107,7 +107,7 @@ def _tex(text: str) -> str:
     return f"${escaped}$" if formula and "no short" not in text else escaped
 
 
-def to_pandas(atlas: SingularityAtlas) -> Any:
+def to_pandas(atlas: AtlasRecord) -> Any:
     """A data frame with the records.
 
     Raises:

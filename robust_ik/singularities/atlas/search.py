@@ -4,31 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robust_ik.certificates import Certificate
 from robust_ik.checks import checked_parameter
 from robust_ik.checks.public_arguments import checked
 from robust_ik.errors import InputError
-from robust_ik.runtime.parallel import parts, seed_of
+from robust_ik.runtime.parallel import seed_of
 from robust_ik.runtime.progress import Told
-from robust_ik.singularities.atlas.atlas import Settings, SingularityAtlas
-from robust_ik.singularities.atlas.corank_search import (
-    begin,
-    hold_out,
-    judged,
-    read_corank,
-    say_what_is_left,
-    unjudged,
-)
-from robust_ik.singularities.atlas.search_pieces import CHUNK
-from robust_ik.singularities.atlas.search_state import Tally, Work, work_of
+from robust_ik.singularities.atlas.atlas import SingularityAtlas
+from robust_ik.singularities.atlas.atlas_record import Settings
+from robust_ik.singularities.atlas.search_run import searched
+from robust_ik.singularities.atlas.search_state import Work
 from robust_ik.singularities.conditions.arm_record import RobotFacts
-from robust_ik.singularities.families.stratum import Stratum
-from robust_ik.singularities.families.stratum_rows import make_rows
 from robust_ik.singularities.find.projection_search import TOLERANCE
 from robust_ik.singularities.find.random_starts import Method
 from robust_ik.singularities.find.rank_residual import check_corank
@@ -96,59 +85,4 @@ def find_singularities(
     if not isinstance(method, str):
         raise InputError(f"method must be 'projection' or 'gradient', got {method!r}")
     settings = Settings(corank, seed_of(rng, DEFAULT_SEED), int(starts), tolerance, method, bool(certify))
-    return _searched(Work(facts, settings, executor=executor), int(starts), progress)
-
-
-@checked
-def extend(
-    atlas: SingularityAtlas, starts: int, executor: Executor | None = None, progress: Told | None = None
-) -> SingularityAtlas:
-    """An atlas after so many more starts for each corank; see `SingularityAtlas.extended`."""
-    if isinstance(starts, bool) or not isinstance(starts, (int, np.integer)) or starts < 1:
-        raise InputError(f"starts must be a whole number of at least 1, got {starts!r}")
-    work = work_of(atlas)
-    work.settings = replace(atlas.settings, starts=atlas.settings.starts + int(starts))
-    work.executor = executor
-    return _searched(work, int(starts), progress)
-
-
-def _searched(work: Work, starts: int, progress: Told | None) -> SingularityAtlas:
-    interrupted = False
-    try:
-        _search(work, starts, progress)
-    except KeyboardInterrupt:
-        interrupted = True
-        say_what_is_left(work, _wanted(work))
-    strata: list[Stratum] = []
-    try:
-        for made in make_rows(work.facts, work.leaves, work.rng(0, 9)):
-            strata += made
-        evidence = judged(work)
-    except KeyboardInterrupt:
-        interrupted, evidence = True, unjudged(work)
-    proofs = tuple(work.proven[k].proof for k in sorted(work.proven))
-    return SingularityAtlas(
-        work.facts, tuple(strata), evidence, work.settings, interrupted, Certificate(proofs) if proofs else None
-    )
-
-
-def _wanted(work: Work) -> list[int]:
-    """The coranks to be looked for, as long as there are any."""
-    return [work.settings.corank] if work.settings.corank else list(range(1, work.facts.chain.m + 1))
-
-
-def _search(work: Work, starts: int, progress: Told | None) -> None:
-    """The work, step by step: every corank is searched, proved if it can be and read, then all are held out."""
-    wanted = _wanted(work)
-    chunks = len(parts(starts, CHUNK))
-    steps = chunks + 2  # and a proof, and the reading
-    work.tally = Tally(progress, len(wanted) * (steps + chunks))
-    begin(work, wanted, starts)
-    for index, corank in enumerate(wanted):
-        work.tally.reach(index * steps)
-        if not read_corank(work, corank, starts):
-            wanted = wanted[: index + 1]
-            break
-    work.tally.reach(work.tally.total - len(wanted) * chunks)
-    hold_out(work, [corank for corank in wanted if work.of(corank)], starts)
-    work.tally.reach(work.tally.total)
+    return SingularityAtlas.of(searched(Work(facts, settings, executor=executor), int(starts), progress))

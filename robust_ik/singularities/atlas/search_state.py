@@ -11,7 +11,7 @@ import numpy as np
 from robust_ik.checks import Array
 from robust_ik.runtime.parallel import run_pieces
 from robust_ik.runtime.progress import Told
-from robust_ik.singularities.atlas.atlas import Settings, SingularityAtlas
+from robust_ik.singularities.atlas.atlas_record import AtlasRecord, Settings
 from robust_ik.singularities.atlas.evidence import Evidence
 from robust_ik.singularities.atlas.proof_evidence import Proven
 from robust_ik.singularities.atlas.search_pieces import Chunk, ProofOf, run
@@ -114,7 +114,7 @@ class Work:
         return np.asarray(known | ((points.coranks > corank) & (self.settings.corank is not None)))
 
 
-def work_of(atlas: SingularityAtlas) -> Work:
+def work_of(atlas: AtlasRecord) -> Work:
     """The work that an atlas is the result of, its proofs checked again."""
     facts = atlas.robot
     return Work(

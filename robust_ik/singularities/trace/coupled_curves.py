@@ -17,7 +17,7 @@ from robust_ik.singularities.geometry.screw_chain import ScrewChain
 from robust_ik.singularities.trace.continuation import STEP, followed, outside
 
 if TYPE_CHECKING:
-    from robust_ik.singularities.atlas.atlas import SingularityAtlas
+    from robust_ik.singularities.atlas.atlas_record import AtlasRecord
 
 SEEDS = 300
 """Random starts, besides the samples, for pieces that the samples miss."""
@@ -64,7 +64,7 @@ class Curve:
         return np.asarray(np.linalg.norm(away - np.clip(share, 0, 1)[..., None] * ways, axis=-1).min(axis=1))
 
 
-def trace(atlas: SingularityAtlas, stratum: Stratum) -> tuple[Curve, ...]:
+def trace(atlas: AtlasRecord, stratum: Stratum) -> tuple[Curve, ...]:
     """The curves that the coupled joints of a stratum run through, none if no joints are coupled.
 
     Where they have more than one freedom together, points all over what they fill instead.

@@ -1,0 +1,161 @@
+"""What a search found: families of singular configurations, how sure it can be, and what can be asked of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Self
+
+from numpy.typing import ArrayLike
+
+from robust_ik.certificates import Certificate
+from robust_ik.checks.public_arguments import checked
+from robust_ik.errors import RobustIKError
+from robust_ik.singularities.atlas.evidence import Evidence, Status
+from robust_ik.singularities.conditions.arm_record import RobotFacts
+from robust_ik.singularities.families.stratum import Stratum
+from robust_ik.singularities.find.random_starts import Method
+from robust_ik.singularities.trace.nearest_singularity import Nearest, nearest
+
+if TYPE_CHECKING:
+    from robust_ik.singularities.trace.coupled_curves import Curve
+
+
+class NoSingularitiesError(RobustIKError):
+    """An atlas that was asked to hold strata holds none."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a search was made: with these and the package's version, the same atlas comes again.
+
+    Attributes:
+        corank: The only corank that was looked for, or None for all.
+        seed: Of every random number.
+        starts: Random starts for each corank.
+        tolerance: ‖r‖/σ₁ that counts as zero.
+        method: "projection" or "gradient".
+        certified: Whether proofs were tried.
+    """
+
+    corank: int | None
+    seed: int
+    starts: int
+    tolerance: float
+    method: Method
+    certified: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class AtlasRecord:
+    """Strata by corank, as values: what a search makes, and a file holds. Iterating gives them, `str` a table.
+
+    Attributes:
+        robot: What it is an atlas of.
+        strata: Rows, coranks ascending, large dimensions first.
+        evidence: What is known of each corank that was looked for.
+        settings: How the search was made.
+        interrupted: Whether it was stopped before it was done.
+        certificate: The proofs that were tried, checked where they closed; None if none was asked for.
+    """
+
+    robot: RobotFacts
+    strata: tuple[Stratum, ...]
+    evidence: tuple[Evidence, ...]
+    settings: Settings
+    interrupted: bool = False
+    certificate: Certificate | None = field(default=None, repr=False)
+
+    def __iter__(self) -> Iterator[Stratum]:
+        return iter(self.strata)
+
+    def __len__(self) -> int:
+        return len(self.strata)
+
+    @checked
+    def of_corank(self, corank: int) -> tuple[Stratum, ...]:
+        """The rows of one corank."""
+        return tuple(stratum for stratum in self.strata if stratum.corank == corank)
+
+    @property
+    def highest(self) -> int:
+        """The highest corank that was found; 0 if none was."""
+        return max((stratum.corank for stratum in self.strata), default=0)
+
+    @property
+    def explanation(self) -> str:
+        """What was analysed, what was found, and how sure that is, in sentences."""
+        facts, lines = self.robot, []
+        if facts.reduced:
+            lines.append(facts.reduced)
+        if facts.changes:
+            lines.append(_straightening(facts, self.strata))
+        lines += [f"corank {each.corank}: {self._found(each)}; {each.words}" for each in self.evidence]
+        if self.interrupted:
+            lines.append("the search was interrupted: this is what it had found")
+        return ".\n".join(lines) + "."
+
+    def _found(self, evidence: Evidence) -> str:
+        rows = self.of_corank(evidence.corank)
+        if not rows and evidence.status is Status.INTERRUPTED:
+            return "none found yet"
+        if not rows and not evidence.found:
+            return f"none found by {evidence.fresh} starts, which came no nearer than ‖r‖ = {evidence.floor:.2g} σ₁"
+        families = "1 family" if len(rows) == 1 else f"{len(rows)} families"
+        pieces = sum(row.components for row in rows)
+        rest = f", {evidence.unexplained} points unexplained" if evidence.unexplained else ""
+        return f"{families} in {pieces} {'piece' if pieces == 1 else 'pieces'}{rest}"
+
+    def raise_for_status(self) -> Self:
+        """The atlas itself if it holds strata and is whole.
+
+        Raises:
+            NoSingularitiesError: It does not; the message explains.
+        """
+        if not self.strata or self.interrupted:
+            raise NoSingularitiesError(f"{self.robot.name}: {self.explanation}")
+        return self
+
+    @checked
+    def distance(self, q: ArrayLike) -> Nearest:
+        """The nearest singular configuration of a configuration q, (n,) or (nq,), limits left aside.
+
+        Raises:
+            NoSingularitiesError: The atlas is empty.
+        """
+        return self.distances(q)[0]
+
+    @checked
+    def distances(self, q: ArrayLike) -> list[Nearest]:
+        """The nearest configuration of every stratum, the nearest stratum first."""
+        if not self.strata:
+            raise NoSingularitiesError(f"{self.robot.name}: {self.explanation}")
+        return nearest(self.robot.chain, self.strata, self.robot.values(q))
+
+    @checked
+    def curves(self, stratum: Stratum) -> tuple[Curve, ...]:
+        """What the coupled joints of one of its rows do: closed curves where they have one freedom, else points.
+
+        None where no joints are coupled.
+        """
+        from robust_ik.singularities.trace.coupled_curves import trace  # knows atlases
+
+        return trace(self, stratum)
+
+
+def _straightening(facts: RobotFacts, strata: Sequence[Stratum]) -> str:
+    """What was changed before the analysis, and what that means."""
+    changes = "; ".join(facts.changes)
+    if facts.snapped:
+        return f"nominal geometry, straightened as asked: {changes}"
+    nearly = [row for row in strata if row.floor > 0]
+    words = f"the model's angles are rounded; these are the strata of the straight geometry ({changes})"
+    if not strata:
+        return words
+    if not nearly:
+        return f"{words}; the model as given has them too, nearby"
+    floors = f"{min(row.floor for row in nearly):.1g} to {max(row.floor for row in nearly):.1g}"
+    return (
+        f"{words}; the model as given has {len(strata) - len(nearly)} of the {len(strata)} families too, nearby; near "
+        f"the others it is only nearly singular, σ falling no lower than {floors}"
+    )
