@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import grimp
 import pytest
 
 ROOT = Path(__file__).parents[2]
@@ -54,6 +55,29 @@ def test_no_folder_has_more_files_than_one_can_read_as_a_list():
         if folder.relative_to(PACKAGE).as_posix() not in PLUG_INS:
             assert len(list(folder.glob("*.py"))) <= MOST, folder
     assert not {path.name for path in PACKAGE.glob("*.py")} - {"__init__.py"}
+
+
+def circles(imports):
+    """What can be reached from itself."""
+    found = set()
+    for start in imports:
+        seen, waiting = set(), [start]
+        while waiting:
+            new = set(imports.get(waiting.pop(), ())) - seen
+            seen |= new
+            waiting += new
+        if start in seen:
+            found.add(start)
+    return found
+
+
+def test_no_modules_import_each_other_in_a_circle():
+    graph = grimp.build_graph("robust_ik", exclude_type_checking_imports=True, cache_dir=None)
+    imports = {module: graph.find_modules_directly_imported_by(module) for module in graph.modules}
+    assert len(imports) > 300
+    assert circles(imports) == set()
+    imports["robust_ik.singularities.atlas.search_state"] |= {"robust_ik.singularities.atlas.atlas"}
+    assert "robust_ik.singularities.atlas.atlas" in circles(imports)
 
 
 SMUGGLED = [
