@@ -1,17 +1,16 @@
-"""Inverses chosen by name."""
+"""Inverses and resolvers chosen by name."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from typing import TypeVar
 
 from robust_ik.errors import InputError, suggest
 
-if TYPE_CHECKING:
-    from robust_ik.inverses import RobustInverse
+Kind = TypeVar("Kind")
 
 
-def inverse_class(name: str, classes: Iterable[type[RobustInverse]]) -> type[RobustInverse]:
+def class_of(name: str, classes: Iterable[type[Kind]]) -> type[Kind]:
     """The class of that name, however it is capitalised.
 
     Raises:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from robust_ik.cli.choice import inverse_class
+from robust_ik.cli.choice import class_of
 from robust_ik.cli.shared import ReachOption, WorkersOption, check_results, console, say_written
 from robust_ik.errors import InputError
 from robust_ik.errors.safe_text import in_markup, plain
@@ -24,7 +24,9 @@ def compare(
     ] = None,
     methods: Annotated[
         list[str] | None,
-        typer.Option("--methods", metavar="NAME", help="Labels of the scenario, or inverses by name. Repeatable."),
+        typer.Option(
+            "--methods", metavar="NAME", help="Labels of the scenario; inverses, resolvers by name. Repeatable."
+        ),
     ] = None,
     html: Annotated[
         Path | None, typer.Option("--html", metavar="FILE", help="Write a page with the runs in 3D and their charts.")
@@ -63,13 +65,15 @@ def compare(
 def _chosen(scenario: Scenario, names: list[str] | None) -> dict[str, Method]:
     """Methods by label: those of the scenario, or those that are named."""
     from robust_ik.inverses import CLASSES
+    from robust_ik.simulation.scenarios.method_tables import RESOLVERS
 
     if not names:
         if not scenario.methods:
             raise InputError(f"{scenario.name} names no methods: name some with --methods")
         return dict(scenario.methods)
     known = dict(scenario.methods)
-    return {name: known[name] if name in known else inverse_class(name, CLASSES)() for name in names}
+    classes: tuple[type[Method], ...] = (*CLASSES, *RESOLVERS)
+    return {name: known[name] if name in known else class_of(name, classes)() for name in names}
 
 
 def _draw(scenario: Scenario, runs: dict[str, Trajectory], html: Path | None, plot: Path | None) -> None:

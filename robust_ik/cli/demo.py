@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from robust_ik.cli.choice import inverse_class
+from robust_ik.cli.choice import class_of
 from robust_ik.cli.shared import (
     PackageDirOption,
     ReachOption,
@@ -114,7 +114,7 @@ def _methods(names: list[str] | None) -> dict[str, RobustInverse]:
     from robust_ik.inverses import CLASSES, Weighted
 
     runnable = [each for each in CLASSES if each is not Weighted]  # with default parameters: Weighted wraps another
-    chosen = [inverse_class(name, runnable) for name in names or SHOWN_FIRST]
+    chosen = [class_of(name, runnable) for name in names or SHOWN_FIRST]
     return {each.__name__: each() for each in chosen}
 
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from robust_ik.cli.choice import inverse_class
+from robust_ik.cli.choice import class_of
 from robust_ik.cli.shared import check_results, console, say_written
 from robust_ik.errors import InputError
 
@@ -27,7 +27,7 @@ def inverses(
     from robust_ik.inverses import CLASSES, SingularValueFilter
 
     check_results(plot=plot)
-    chosen = [inverse_class(name, CLASSES) for name in names] if names else list(CLASSES)
+    chosen = [class_of(name, CLASSES) for name in names] if names else list(CLASSES)
     if plot is not None:
         from robust_ik.display import plot_gains  # takes a second to import: only where it is needed
 

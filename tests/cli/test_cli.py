@@ -298,6 +298,9 @@ def test_compare_lists_what_there_is_and_runs_a_file_with_its_methods_or_others(
     _, out, _ = command("compare", "mine.toml", "--methods", "sdls", "--methods", "calm [a]", "--workers", "2")
     assert re.search(r"sdls +\d", out)
     assert re.search(r"calm \[a\] +\d", out)
+    _, out, _ = command("compare", "mine.toml", "--methods", "TaskReconstruction", "--methods", "weightedpriority")
+    assert re.search(r"TaskReconstruction +\d", out)
+    assert re.search(r"weightedpriority +\d", out)
     status, out, _ = command("compare", "mine.toml", "--reach")
     assert status == 0
     assert re.search(r"calm \[a\] +\d", out)

@@ -1,7 +1,7 @@
 """What every resolver is.
 
-To add one: derive from `PriorityResolver` in `levels.py` and say what motion a level wants on top of what is settled,
-or derive from `Resolver` and settle all levels at once. Export it in `resolvers/__init__.py`, and add a row to
+To add one: derive from `PriorityResolver` in `priority_resolver.py` and say what motion a level wants on top of what is
+settled, or derive from `Resolver` and settle all levels at once. Export it in `resolvers/__init__.py`, and add a row to
 `RESOLVERS` in `tests/cases_resolvers.py`.
 """
 

@@ -24,19 +24,17 @@ from robust_ik.errors import InputError, listed, suggest
 from robust_ik.inverses import CLASSES, JParse, RobustInverse
 from robust_ik.inverses.baselines import BASELINES
 
-RESOLVERS: tuple[type[Resolver | Limiter], ...] = (
+RESOLVERS: tuple[type[Resolver], ...] = (
     TaskPriority,
     DecoupledPriority,
     TaskReconstruction,
     WeightedPriority,
     LeakingPriority,
-    Scaling,
-    Sliding,
-    Saturation,
-    QuadraticProgram,
 )
+LIMITERS: tuple[type[Limiter], ...] = (Scaling, Sliding, Saturation, QuadraticProgram)
+TYPES: tuple[type[Any], ...] = (*CLASSES, *BASELINES, DulebaMatched, *RESOLVERS, *LIMITERS)
 KNOWN: Mapping[str, Callable[..., Any]] = {
-    **{each.__name__: each for each in (*CLASSES, *BASELINES, DulebaMatched, *RESOLVERS)},
+    **{each.__name__: each for each in TYPES},
     "JParse.from_limits": JParse.from_limits,
 }
 
