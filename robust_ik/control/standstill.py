@@ -139,7 +139,10 @@ def _lost(J: Array, xdot: Array, rows: Array) -> tuple[Array | None, float, Arra
         found = full_svd(rows)
         free = found.Vt[int(np.count_nonzero(found.s > RANK_TOLERANCE * found.s[0])) :].T
     size, largest = float(np.linalg.norm(xdot)), float(svd(J).s[0])
-    U, s, _ = np.linalg.svd(J @ free) if free.shape[1] else (np.eye(len(J)), np.zeros(0), None)
+    U, s = np.eye(len(J)), np.zeros(0)
+    if free.shape[1]:
+        turned = full_svd((J @ free).T)  # the other way round, so that all directions of the task are there
+        U, s = turned.Vt.T, turned.s
     weak = np.r_[s, np.zeros(len(J) - len(s))] <= LOST * largest
     if not weak.any() or size == 0.0:
         return None, 0.0, s

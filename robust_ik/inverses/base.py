@@ -1,10 +1,7 @@
 """What every robust inverse is and what it promises.
 
-To add one:
-
-1. write its file here: a frozen dataclass, derived from `SingularValueFilter` if it only rewrites singular values;
-2. export it in `inverses/__init__.py`;
-3. add a row to the contract table: `CASES` in `tests/cases_filters.py`, or `OTHER_CASES` in `tests/cases_others.py`.
+To add one, see CONTRIBUTING.md: its file here, its name in `inverses/__init__.py` and `__init__.pyi`, its rows in the
+contract tables `CASES` of `tests/cases_filters.py` or `OTHER_CASES` of `tests/cases_others.py`.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from robust_ik.display.drawings.family_motions import families
 from robust_ik.display.drawings.wrenches import Wrenches
 from robust_ik.display.pages.atlas_page import atlas_page
 from robust_ik.display.pages.curve_panels import curve_panels
-from robust_ik.display.pages.family_words import direction_words, screw_words, twist_words
+from robust_ik.display.pages.family_page_words import direction_words, screw_words, twist_words
 from robust_ik.errors import InputError
 from robust_ik.kinematics.svd import svd
 from robust_ik.kinematics.twist_rows import ROWS

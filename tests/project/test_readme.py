@@ -17,7 +17,8 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
 def test_the_readme_is_short():
-    assert len(README.splitlines()) < 150
+    lines = [line for line in README.splitlines() if not line.startswith("| `")]  # tables grow with what is in them
+    assert len(lines) < 140
 
 
 def test_the_lines_of_python_run_as_printed(tmp_path, monkeypatch, capsys):

@@ -1,8 +1,8 @@
 """What every resolver is.
 
 To add one: derive from `PriorityResolver` in `priority_resolver.py` and say what motion a level wants on top of what is
-settled, or derive from `Resolver` and settle all levels at once. Export it in `resolvers/__init__.py`, and add a row to
-`RESOLVERS` in `tests/cases_resolvers.py`.
+settled, or derive from `InverseResolver` or `Resolver` and settle all levels at once; the other steps are in
+CONTRIBUTING.md.
 """
 
 from __future__ import annotations

@@ -12,8 +12,8 @@ import numpy as np
 from robust_ik.checks.public_arguments import checked
 from robust_ik.display.drawings.drawn_families import DrawnFamilies, DrawnMotion, draw_families
 from robust_ik.display.drawings.family_motions import Family, Motion, families
+from robust_ik.display.pages.family_page_words import shown_values, turning_freely, twist_words, units
 from robust_ik.display.pages.family_table import family_table
-from robust_ik.display.pages.family_words import shown_values, turning_freely, twist_words, units
 from robust_ik.display.pages.viewer_html import Entry, animation_data, missing_notice, node_parts, stage
 from robust_ik.display.scene.html_page import document
 from robust_ik.display.scene.packed_scene import packed_scene

@@ -9,7 +9,7 @@ import numpy as np
 
 from robust_ik.display.drawings.family_motions import Family
 from robust_ik.display.pages.curve_panels import curve_panels
-from robust_ik.display.pages.family_words import (
+from robust_ik.display.pages.family_page_words import (
     axis_words,
     curvature_words,
     joint_words,

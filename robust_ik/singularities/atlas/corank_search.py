@@ -12,7 +12,7 @@ from robust_ik.singularities.atlas.search_pieces import CHUNK, Chunk, ProofOf
 from robust_ik.singularities.atlas.search_state import Work
 from robust_ik.singularities.families.leaf_merging import joined
 from robust_ik.singularities.families.leaf_survey import accounts, survey, uncovered
-from robust_ik.singularities.find.singular_points import Points
+from robust_ik.singularities.find.points_found import Points
 
 PROBE = CHUNK
 """Starts after which a corank that none led to counts as not there."""

@@ -18,7 +18,7 @@ from robust_ik.singularities.atlas.search_pieces import Chunk, ProofOf, run
 from robust_ik.singularities.conditions.arm_record import RobotFacts
 from robust_ik.singularities.families.leaf import Leaf
 from robust_ik.singularities.families.leaf_survey import accounts
-from robust_ik.singularities.find.singular_points import Points
+from robust_ik.singularities.find.points_found import Points
 from robust_ik.singularities.find.tangent_walk import Mask
 
 

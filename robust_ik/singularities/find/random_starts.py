@@ -12,10 +12,10 @@ from robust_ik.checks import Array, as_array, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.kinematics.svd import singular_values
 from robust_ik.singularities.find.gradient_search import gradient_search
+from robust_ik.singularities.find.points_found import Points
 from robust_ik.singularities.find.projection_search import TOLERANCE, Search
 from robust_ik.singularities.find.projection_search import project as project
 from robust_ik.singularities.find.rank_residual import Indices, Mask, check_corank, coranks, ranks
-from robust_ik.singularities.find.singular_points import Points
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 
 Progress = Callable[[int, int], None]
