@@ -31,13 +31,6 @@ class SingularityAtlas(AtlasRecord):
         certificate: The proofs that were tried, checked where they closed; None if none was asked for.
     """
 
-    @classmethod
-    def of(cls, record: AtlasRecord) -> SingularityAtlas:
-        """The atlas of what a search or a file gave."""
-        return cls(
-            record.robot, record.strata, record.evidence, record.settings, record.interrupted, record.certificate
-        )
-
     def __str__(self) -> str:
         return self.markdown()
 
@@ -51,7 +44,7 @@ class SingularityAtlas(AtlasRecord):
             executor: Who searches, as for `find_singularities`.
             progress: Called with (steps done, steps in all).
         """
-        return SingularityAtlas.of(extend(self, starts, executor, progress))
+        return atlas_of(extend(self, starts, executor, progress))
 
     @checked
     def save(self, path: str | Path) -> Path:
@@ -65,7 +58,7 @@ class SingularityAtlas(AtlasRecord):
         Raises:
             LoadError: The file is no atlas, or of another version.
         """
-        return SingularityAtlas.of(load(path))
+        return atlas_of(load(path))
 
     def table(self) -> Table:
         """For a terminal, by rich."""
@@ -86,3 +79,10 @@ class SingularityAtlas(AtlasRecord):
     def records(self) -> list[dict[str, Any]]:
         """One dictionary of plain values per stratum."""
         return atlas_tables.records(self)
+
+
+def atlas_of(record: AtlasRecord) -> SingularityAtlas:
+    """The atlas of what a search or a file gave."""
+    return SingularityAtlas(
+        record.robot, record.strata, record.evidence, record.settings, record.interrupted, record.certificate
+    )

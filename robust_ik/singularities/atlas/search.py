@@ -13,7 +13,7 @@ from robust_ik.checks.public_arguments import checked
 from robust_ik.errors import InputError
 from robust_ik.runtime.parallel import seed_of
 from robust_ik.runtime.progress import Told
-from robust_ik.singularities.atlas.atlas import SingularityAtlas
+from robust_ik.singularities.atlas.atlas import SingularityAtlas, atlas_of
 from robust_ik.singularities.atlas.atlas_record import Settings
 from robust_ik.singularities.atlas.search_run import searched
 from robust_ik.singularities.atlas.search_state import Work
@@ -85,4 +85,4 @@ def find_singularities(
     if not isinstance(method, str):
         raise InputError(f"method must be 'projection' or 'gradient', got {method!r}")
     settings = Settings(corank, seed_of(rng, DEFAULT_SEED), int(starts), tolerance, method, bool(certify))
-    return SingularityAtlas.of(searched(Work(facts, settings, executor=executor), int(starts), progress))
+    return atlas_of(searched(Work(facts, settings, executor=executor), int(starts), progress))
