@@ -75,7 +75,9 @@ def kept_run(robot, rng, limits, near, resolver, q, stack, steps):
     controller = rik.VelocityController(robot, resolver, strongest_first)
     if rng.random() < 0.3:  # in motion, perhaps too fast to stop
         controller.reset(rng.normal(size=robot.n) * rng.choice([0.1, 1.0, 5.0]))
+    bends = Bends(controller)
     for _ in range(steps):
+        bends.seen = False
         before, driver = controller.qdot, copy.deepcopy(controller._driver)
         step = controller.step(q, stack, dt)
         where = f"{robot.name}, {resolver}, q={q!r}"
@@ -95,7 +97,8 @@ def kept_run(robot, rng, limits, near, resolver, q, stack, steps):
         assert (step.status is rik.Status.INFEASIBLE) == bool(step.contradictions), f"status: {where}"
         assert ((step.scale >= 0) & (step.scale <= 1)).all(), f"shares: {where}"
         assert step.text.startswith(step.status.name.lower()), f"text: {where}"
-        if resolver in STRICT and len(stack) > 1 and rng.random() < CHECKED:
+        # What a collision limit asks for on seeing where the whole step ends depends on lower levels, too.
+        if resolver in STRICT and len(stack) > 1 and rng.random() < CHECKED and not bends.seen:
             first = rik.VelocityController(robot, resolver, strongest_first)
             first.reset(before)
             first._driver = driver  # with what it remembers
@@ -104,6 +107,23 @@ def kept_run(robot, rng, limits, near, resolver, q, stack, steps):
             assert abs(step.scale[0] - alone.scale[0]) <= 1e-6, f"scale of the first level: {where}"
         yield step.status
         q = after
+
+
+class Bends:
+    """Whether a limit has asked a controller for more on seeing where its step ends.
+
+    Attributes:
+        seen: Whether one has, since this was last set to False.
+    """
+
+    def __init__(self, controller):
+        self.seen, self._tightened = False, controller._tightened
+        controller._tightened = self
+
+    def __call__(self, *given):
+        tighter = self._tightened(*given)
+        self.seen = self.seen or tighter is not None
+        return tighter
 
 
 def outside(robot, limits, q):
