@@ -181,14 +181,15 @@ def test_whole_motions_drawn_at_random_do_not_shake():
 
 
 @pytest.mark.parametrize("resolver", [rik.WeightedPriority(rik.Chiaverini()), rik.TaskPriority(rik.JParse(0.01))])
-def test_an_arm_wedged_between_itself_and_a_table_does_not_shake(resolver):
+def test_an_arm_wedged_between_itself_and_a_table_rests_and_does_not_shake_with_noise_and_lag(resolver):
     """Six distances contradict each other; a wrist that changes one by a thousandth as much as the elbow is free."""
     wedged = closed_loop.Draw("ur5", "at limits", resolver, True, 0.02, True, "collision", 676163843)
     start = [-1.249, 2.8, -2.7793, -1.6516, 2.8, 2.0972]
-    for noisy in (True, False):
-        ending = closed_loop.run(replace(wedged, noisy=noisy), seconds=2.0, start=start)
-        assert not ending.chatters
-        assert ending.speed < 0.3
+    exact = closed_loop.run(replace(wedged, noisy=False), seconds=20.0, start=start)
+    assert exact.speed < closed_loop.REST
+    noisy = closed_loop.run(wedged, seconds=2.0, start=start)
+    assert not noisy.chatters
+    assert noisy.speed < 0.3
 
 
 def test_the_judge_of_shaking_tells_it_from_motion_and_from_rest():
