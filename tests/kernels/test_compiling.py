@@ -273,10 +273,11 @@ def package(tmp_path):
     (below / "deep" / "inner.py").write_text(
         "from robust_ik.kernels.compiler.compiling import inlined\n@inlined\ndef twice(x):\n    return 2 * x\n"
     )
+    (below / "deep" / "layout.py").write_text("MORE = 0.0\n")  # what a kernel reads of a module, it does not name
     (below / "outer.py").write_text(
         "from robust_ik.kernels.compiler.compiling import filled, kernel\n"
-        "from robust_ik.kernels.deep.inner import twice\n"
-        "@kernel(filled(1))\ndef double(x):\n    x[0] = twice(x[0])\n"
+        "from robust_ik.kernels.deep import layout\nfrom robust_ik.kernels.deep.inner import twice\n"
+        "@kernel(filled(1))\ndef double(x):\n    x[0] = twice(x[0]) + layout.MORE\n"
     )
     return tmp_path / "here"
 
@@ -303,6 +304,10 @@ def test_a_kernel_is_as_new_as_all_its_pieces_wherever_they_lie(package, tmp_pat
     piece.write_text(piece.read_text().replace("2", "3"))
     assert answer(start(package)) == (3, False)
     assert answer(start(package)) == (3, True)
+    layout = package / "robust_ik" / "kernels" / "deep" / "layout.py"
+    before = answer(start(package))[0]
+    layout.write_text("MORE = 5.0\n")
+    assert answer(start(package)) == (before + 5, False)
 
 
 # ---------------------------------------------------------------------------------------------------- called
