@@ -8,7 +8,7 @@ constant rotation and one by a planar one.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any
@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 
 from robust_ik.checks import Array, readonly
 from robust_ik.errors import InputError
+from robust_ik.kinematics.svd import svd
+from robust_ik.kinematics.twist_rows import ROWS
 
 REFERENCES = ("local_world_aligned", "local", "world")
 """The references of Jacobians, in the order of the numbers that kernels know them by."""
@@ -114,6 +116,22 @@ class Chain:
         given = (np.ascontiguousarray(each, dtype=float) for each in (q, wrenches, motions))
         contractions(self.packed, *given, int(paired), result.reshape(len(q), math.prod(pairs), self.n))
         return result
+
+    def singular_value_gradients(self, q: Array, rows: Sequence[str]) -> Array:
+        """∂σᵢ/∂q_k of the Jacobian, world axes at the frame's point, without its Hessian.
+
+        Args:
+            q: Of N configurations, (N, nq).
+            rows: Task rows, of x y z wx wy wz.
+
+        Returns:
+            (N, k, n) with k = min(len(rows), n); row i belongs to σᵢ.
+        """
+        places = [ROWS.index(name) for name in rows]
+        found = svd(np.take(self.jacobians(q, "local_world_aligned"), places, axis=1))
+        wrenches = np.zeros((len(q), found.s.shape[1], len(ROWS)))
+        wrenches[..., places] = np.swapaxes(found.U, 1, 2)
+        return self.contractions(q, wrenches, found.Vt, paired=True)
 
     def _each(self, kernel: Callable[..., Any], q: Array, shape: tuple[int, ...], *options: int) -> Array:
         result = np.empty((*q.shape[:-1], *shape))

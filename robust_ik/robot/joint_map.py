@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, fields
-from typing import Any, Self
+from functools import cached_property
+from typing import Any, Self, TypeGuard
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from robust_ik.checks import Array, readonly
+from robust_ik.checks import Array, as_array, readonly
 from robust_ik.description.joint_tree import Description
 from robust_ik.errors import InputError
 
 Mask = NDArray[np.bool_]
 
 UNIT_CIRCLE_TOLERANCE = 1e-6
+FLOAT = np.dtype(float)
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +33,7 @@ class JointMap:
         prismatic: Which of them slide, (n,).
         mixing: Values of all joints = mixing @ values + offsets, (N, n).
         offsets: (N,).
+        circling: Which of all joints turn without end, (N,).
     """
 
     names: tuple[str, ...]
@@ -37,6 +41,7 @@ class JointMap:
     prismatic: Mask
     mixing: Array
     offsets: Array
+    circling: Mask
 
     @classmethod
     def of(cls, description: Description, model_names: list[str]) -> Self:
@@ -55,20 +60,30 @@ class JointMap:
             prismatic=readonly([kind == "prismatic" for kind in kinds], bool),
             mixing=readonly(mixing),
             offsets=readonly(offsets),
+            circling=readonly([joint.kind == "continuous" for joint in joints], bool),
         )
 
     def __post_init__(self) -> None:
-        for name in ("continuous", "prismatic", "mixing", "offsets"):
+        for name in ("continuous", "prismatic", "mixing", "offsets", "circling"):
             getattr(self, name).setflags(write=False)
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Through the constructor, so that copies are read-only too.
         return type(self), tuple(getattr(self, each.name) for each in fields(self))
 
-    @property
+    @cached_property
     def nq(self) -> int:
         """Length of q of the independent joints."""
         return len(self.names) + int(self.continuous.sum())
+
+    @cached_property
+    def independent(self) -> bool:
+        """Whether no joint follows another, so that q is Pinocchio's."""
+        return len(self.offsets) == len(self.names)
+
+    def all_joints(self, q: Array) -> Array:
+        """Q (nq,) → Pinocchio's q of all joints."""
+        return q if self.independent else _to_q(self.mixing @ self.values(q) + self.offsets, self.circling)
 
     def configuration(self, values: Array) -> Array:
         """Joint values (..., n) → q (..., nq)."""
@@ -83,7 +98,7 @@ class JointMap:
         values[..., self.continuous] = np.arctan2(q[..., turning + 1], q[..., turning])
         return values
 
-    @property
+    @cached_property
     def first(self) -> NDArray[np.int_]:
         """Where each joint's entry of q stands, the cosine for a continuous one, (n,)."""
         before: NDArray[np.int_] = np.cumsum(self.continuous) - self.continuous
@@ -110,18 +125,57 @@ class JointMap:
             speed[index] = min(speed[index], joint.velocity / abs(factor))
         return lower, upper, speed
 
-    def check(self, q: Array) -> None:
-        """Refuses a q whose (cos, sin) pairs are not on the unit circle."""
-        if not self.continuous.any():
-            return
-        first = self.first[self.continuous]
-        radius = np.hypot(q[..., first], q[..., first + 1])
-        if (np.abs(radius - 1) > UNIT_CIRCLE_TOLERANCE).any():
+    def checked(self, q: ArrayLike, robot: str) -> Array:
+        """Q as an array (..., nq) of finite numbers.
+
+        Args:
+            q: What was given.
+            robot: Whose it is, for the message.
+
+        Raises:
+            InputError: It is none, or its (cos, sin) pairs are not on the unit circle.
+        """
+        array = q if self._is_plain(q) else self._as_array(q, robot)
+        if len(self._turning):
+            self._check_circles(array)
+        return array
+
+    def _is_plain(self, q: ArrayLike) -> TypeGuard[Array]:
+        """Whether q is one vector of numbers with a finite sum; asked in a fraction of the time of all checks."""
+        return type(q) is np.ndarray and q.dtype is FLOAT and q.shape == (self.nq,) and math.isfinite(sum(q.tolist()))
+
+    def _as_array(self, q: ArrayLike, robot: str) -> Array:
+        try:
+            return as_array(q, "q", (self.nq,))
+        except InputError as error:
+            hint = " (continuous joints take cos and sin; see Robot.configuration)" if len(self._turning) else ""
+            raise InputError(f"{error}; {robot} has joints {', '.join(self.names)}{hint}") from None
+
+    @cached_property
+    def _turning(self) -> list[int]:
+        """Where q holds cosines."""
+        return [int(place) for place in self.first[self.continuous]]
+
+    def _check_circles(self, q: Array) -> None:
+        if q.ndim == 1:
+            radius = np.array([math.hypot(q.item(place), q.item(place + 1)) for place in self._turning])
+        else:
+            radius = np.hypot(q[..., self._turning], q[..., [place + 1 for place in self._turning]])
+        if not (abs(radius - 1) <= UNIT_CIRCLE_TOLERANCE).all():
             names = [name for name, turns in zip(self.names, self.continuous) if turns]
             raise InputError(
                 f"q holds (cos, sin) of the continuous joints {', '.join(names)}, which must have length 1, got a "
                 f"length of {radius.flat[np.argmax(np.abs(radius - 1))]:.4g}; Robot.configuration makes q from angles"
             )
+
+    def finite_limits(self, lower: Array, upper: Array) -> tuple[Array, Array]:
+        """Limits (n,) with an end put where none is: a full turn or 2 m from the other; ±π or ±1 m where none is."""
+        half = np.where(self.prismatic, 1.0, np.pi)
+        low, high = np.isfinite(lower), np.isfinite(upper)
+        return (
+            np.where(low, lower, np.where(high, upper - 2 * half, -half)),
+            np.where(high, upper, np.where(low, lower + 2 * half, half)),
+        )
 
     def integrate(self, q: Array, dq: Array) -> Array:
         """Q ⊕ dq: angles of continuous joints are turned, so that (cos, sin) keeps length 1."""

@@ -1,20 +1,23 @@
-"""Pinocchio, wrapped once: builds models, and reads off them what moves each frame.
+"""Pinocchio, wrapped once: builds models, asks them for kinematics, and reads off them what compiled kernels need.
 
 The only place that imports Pinocchio.
 """
 
 from __future__ import annotations
 
+import threading
+from functools import cache
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
+from robust_ik.checks import Array
 from robust_ik.description.joint_tree import Description
 from robust_ik.description.notes import named
 from robust_ik.description.urdf.urdf_reader import fix_joints
 from robust_ik.errors import TipError, UrdfError, listed
-from robust_ik.kinematics.chain import Chain, axis_frames
+from robust_ik.kinematics.chain import REFERENCES, Chain, axis_frames, number_of
 from robust_ik.robot.joint_map import JointMap
 
 MAX_JOINTS = 200
@@ -69,36 +72,131 @@ def build_model(description: Description, keep: set[str]) -> pin.Model:
         raise UrdfError(f"{description.source}: Pinocchio cannot build it: {error}") from error
 
 
-class Kinematics:
-    """A model and the chains to its frames.
+_REFERENCES = {name: getattr(pin.ReferenceFrame, name.upper()) for name in REFERENCES}
+
+
+def frame_pose(model: pin.Model, data: pin.Data, q: Array, frame: int) -> Array:
+    """The pose of a frame in the world, (4, 4), for any joints that Pinocchio has.
+
+    Args:
+        model: The model.
+        data: Its working memory.
+        q: Pinocchio's configuration, (model.nq,).
+        frame: Index of the frame.
+    """
+    pin.forwardKinematics(model, data, q)
+    return np.array(pin.updateFramePlacement(model, data, frame).homogeneous)
+
+
+def frame_jacobian(model: pin.Model, data: pin.Data, q: Array, frame: int, reference: str) -> Array:
+    """The geometric Jacobian of a frame, (6, model.nv), for any joints that Pinocchio has.
+
+    Args:
+        model: The model.
+        data: Its working memory.
+        q: Pinocchio's configuration, (model.nq,).
+        frame: Index of the frame.
+        reference: One of `kinematics.chain.REFERENCES`.
+    """
+    J: Array = pin.computeFrameJacobian(model, data, q, frame, _kind(reference)).copy()
+    return J if J.ndim == 2 else J.reshape(6, 1)  # the bindings drop the axis of a single joint
+
+
+def frame_hessian(model: pin.Model, data: pin.Data, q: Array, frame: int, reference: str) -> Array:
+    """The derivative of `frame_jacobian`, [i, j, k] = ∂J_ij/∂v_k, (6, model.nv, model.nv).
+
+    Every joint of a `Robot` has one degree of freedom. Of joints with several (spherical, planar, free), Pinocchio's
+    Hessian leaves out how their columns change with the same joint.
+
+    Args:
+        model: The model.
+        data: Its working memory.
+        q: Pinocchio's configuration, (model.nq,).
+        frame: Index of the frame.
+        reference: One of `kinematics.chain.REFERENCES`.
+    """
+    pin.computeJointKinematicHessians(model, data, q)
+    H: Array = pin.getFrameKinematicHessian(model, data, frame, _kind(reference))
+    return H.reshape(H.shape[::-1]).T.copy() if _is_column_major() else H
+
+
+def _kind(reference: str) -> Any:
+    try:
+        return _REFERENCES[reference]
+    except (KeyError, TypeError):
+        number_of(reference)  # says what there is
+        raise
+
+
+@cache
+def _is_column_major() -> bool:
+    """Whether the bindings hand out kinematic Hessians as column-major memory labelled row-major, as version 4.1 does.
+
+    Seen on a planar arm of two links of 1 m: with both joints at zero, ∂J_y/∂q vanishes in the world's axes, and so
+    does ∂J_z/∂q; ∂J_x/∂q is −2, −1; −1, −1.
+    """
+    model = pin.Model()
+    joint, link = 0, pin.SE3.Identity()
+    for name in ("first", "second"):
+        joint = model.addJoint(joint, pin.JointModelRZ(), link, name)
+        link = pin.SE3(np.eye(3), np.array([1.0, 0.0, 0.0]))
+    frame = model.addFrame(pin.Frame("tip", joint, 0, link, pin.FrameType.OP_FRAME))
+    data = model.createData()
+    pin.computeJointKinematicHessians(model, data, np.zeros(2))
+    H = pin.getFrameKinematicHessian(model, data, frame, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
+    return not np.allclose(H[0], [[-2.0, -1.0], [-1.0, -1.0]])
+
+
+class PinocchioModel:
+    """A model, its frames, and their kinematics as functions of the robot's q.
 
     Attributes:
-        model: The Pinocchio model.
+        model: The Pinocchio model; a mimic joint is a joint of its own there.
+        joints: How its joints follow the independent ones.
         frames: Frame name → index; where a link and a joint share a name, the link's frame is meant.
     """
 
-    def __init__(self, model: pin.Model) -> None:
-        self.model = model
+    def __init__(self, model: pin.Model, joints: JointMap) -> None:
+        self.model, self.joints = model, joints
         frames = sorted(enumerate(model.frames), key=lambda pair: pair[1].type == pin.FrameType.BODY)
         self.frames: dict[str, int] = {frame.name: index for index, frame in frames}
         self._chains: dict[int, Chain] = {}
+        self._of_thread = threading.local()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Kinematics, (self.model,)
+        return PinocchioModel, (self.model, self.joints)
 
-    def chain(self, frame: int, joints: JointMap) -> Chain:
-        """What moves a frame, as constants.
+    @property
+    def _data(self) -> pin.Data:
+        """Working memory of this thread: calls of one robot from several threads do not meet."""
+        try:
+            return self._of_thread.data
+        except AttributeError:
+            self._of_thread.data = self.model.createData()
+            return self._of_thread.data
 
-        Args:
-            frame: Its index.
-            joints: How the joints follow the independent ones; always the same.
-        """
+    def pose(self, q: Array, frame: int) -> Array:
+        """(nq,) → (4, 4)."""
+        return frame_pose(self.model, self._data, self.joints.all_joints(q), frame)
+
+    def jacobian(self, q: Array, frame: int, reference: str) -> Array:
+        """(nq,) → (6, n)."""
+        J = frame_jacobian(self.model, self._data, self.joints.all_joints(q), frame, reference)
+        return J if self.joints.independent else J @ self.joints.mixing
+
+    def hessian(self, q: Array, frame: int, reference: str) -> Array:
+        """(nq,) → (6, n, n)."""
+        H = frame_hessian(self.model, self._data, self.joints.all_joints(q), frame, reference)
+        return H if self.joints.independent else self.joints.mixing.T @ H @ self.joints.mixing
+
+    def chain(self, frame: int) -> Chain:
+        """What moves a frame, as constants."""
         if frame not in self._chains:
-            self._chains[frame] = self._chain(frame, joints)
+            self._chains[frame] = self._chain(frame)
         return self._chains[frame]
 
-    def _chain(self, frame: int, joints: JointMap) -> Chain:
-        model, data = self.model, self.model.createData()
+    def _chain(self, frame: int) -> Chain:
+        model, data, joints = self.model, self.model.createData(), self.joints
         pin.computeJointJacobians(model, data, pin.neutral(model))
         pin.updateFramePlacement(model, data, frame)
         moving = [joint for joint in model.supports[model.frames[frame].parentJoint] if joint]

@@ -1,41 +1,50 @@
-"""Robot: a Pinocchio model with a tip and limits.
+"""Robot: a Pinocchio model with a tip and limits, whose kinematics are functions of q.
 
 Default reference of Jacobians and Hessians: LOCAL_WORLD_ALIGNED (the tip's point, the world's axes).
 """
 
 from __future__ import annotations
 
-import logging
-from collections.abc import Mapping, Sequence
+import reprlib
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Literal, Self, Unpack
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-from robust_ik.checks import Array, readonly
+from robust_ik.checks import Array, alone, as_array, check_leading_axes, readonly
 from robust_ik.checks.public_arguments import checked, checked_but
 from robust_ik.description.dh.dh_table import DHTable
 from robust_ik.description.joint_tree import Description
 from robust_ik.description.tips import choose_tip
 from robust_ik.description.urdf.urdf_reader import parse_urdf, read_urdf
+from robust_ik.errors import FrameNotFoundError, InputError, TipError, listed, suggest
+from robust_ik.kinematics.chain import Chain
 from robust_ik.kinematics.twist_rows import ROWS, checked_rows
+from robust_ik.pose_ik import PoseOptions, PoseResult, PoseResults, PoseSolver, wanted_rows
+from robust_ik.pose_ik.size import find_size, is_usual, offsets_of, unit_of
 from robust_ik.robot.joint_map import JointMap
-from robust_ik.robot.pinocchio_model import Kinematics, build_model, joints_to_keep
-from robust_ik.robot.pose_inverse import PoseInverse
+from robust_ik.robot.pinocchio_model import PinocchioModel, build_model, joints_to_keep
 from robust_ik.runtime.files import checked_folders
+from robust_ik.runtime.told_once import tell_once
 
-LOGGER = logging.getLogger("robust_ik")
-MOST_TOLD = 1000
-_TOLD: set[str] = set()
-"""The notes that were logged: reading a file again says nothing new."""
+if TYPE_CHECKING:
+    import pinocchio as pin
+
+Reference = Literal["local", "world", "local_world_aligned"]
 
 
 @dataclass(frozen=True, eq=False)
-class Robot(PoseInverse):
+class Robot:
     """A fixed-base arm or tree whose kinematics are functions of q.
 
-    Configurations are in `configurations`, kinematics of frames in `frame_kinematics`, their inverse in `pose_inverse`.
+    It holds two parts: a Pinocchio model, which is asked for one configuration, and a map from its independent joints
+    to those of the model. For many configurations at once, constants of the model go to compiled kernels (`chain`),
+    whose results are Pinocchio's up to rounding.
 
     Attributes:
         name: What it is called.
@@ -57,7 +66,7 @@ class Robot(PoseInverse):
     upper: Array
     velocity_limit: Array
     rest: Array
-    _kinematics: Kinematics = field(repr=False)
+    _pinocchio: PinocchioModel = field(repr=False)
     _joints: JointMap = field(repr=False)
     guess: str = field(default="", repr=False)
 
@@ -84,18 +93,7 @@ class Robot(PoseInverse):
         size, scale = f"{self.size:.3g}", f"{self.length_scale:.3g}"
         return (f"its links span {size} m: lengths are compared with angles in units of {scale} m (docs/scale.md)",)
 
-    def _told(self) -> Self:
-        """The robot, after its notes were logged; a note of a file is logged once."""
-        for note in self.notes:
-            said = f"{self.description.source}: {note}"
-            if said not in _TOLD:
-                if len(_TOLD) >= MOST_TOLD:
-                    _TOLD.clear()
-                _TOLD.add(said)
-                LOGGER.warning("%s", said)
-        return self
-
-    # ------------------------------------------------------------------------------------------ construction
+    # -------------------------------------------------------------------------------------------------- construction
     @classmethod
     @checked_but("xacro_args")
     def from_urdf(
@@ -161,7 +159,7 @@ class Robot(PoseInverse):
         model = build_model(description, keep)
         joints = JointMap.of(description, list(model.names)[1:])
         lower, upper, velocity = joints.limits(description, list(model.names)[1:])
-        return cls(
+        robot = cls(
             name=description.name,
             tip=tip,
             rows=checked_rows(rows),
@@ -170,11 +168,321 @@ class Robot(PoseInverse):
             upper=upper,
             velocity_limit=velocity,
             rest=joints.configuration(np.clip(0.0, lower, upper)),
-            _kinematics=Kinematics(model),
+            _pinocchio=PinocchioModel(model, joints),
             _joints=joints,
             guess=guess,
-        )._told()
+        )
+        tell_once(description.source, robot.notes)
+        return robot
 
     def with_rows(self, rows: Sequence[str]) -> Robot:
         """The same robot with other task rows."""
         return replace(self, rows=checked_rows(rows))
+
+    # -------------------------------------------------------------------------------------------------------- joints
+    @property
+    def n(self) -> int:
+        """Number of independent joints, the length of q̇."""
+        return len(self._joints.names)
+
+    @property
+    def nq(self) -> int:
+        """Length of q: n, and one more for every continuous joint, which is stored as (cos, sin)."""
+        return self._joints.nq
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """The independent joints, in the order of q̇."""
+        return self._joints.names
+
+    @property
+    def sliding(self) -> NDArray[np.bool_]:
+        """Which of the independent joints slide, (n,)."""
+        return self._joints.prismatic
+
+    @property
+    def neutral(self) -> Array:
+        """The configuration of all joints at zero, (nq,); it may lie outside the limits."""
+        return self._joints.configuration(np.zeros(self.n))
+
+    def configuration(self, values: ArrayLike) -> Array:
+        """Joint values (..., n) in rad or m → q (..., nq)."""
+        return self._joints.configuration(as_array(values, "values", (self.n,)))
+
+    def joint_values(self, q: ArrayLike) -> Array:
+        """Configurations q (..., nq) → joint values (..., n) in rad or m; continuous joints in (−π, π]."""
+        return self._joints.values(self._checked(q))
+
+    def random(self, rng: np.random.Generator, size: int | tuple[int, ...] = ()) -> Array:
+        """Uniform random configurations inside the limits, (*size, nq).
+
+        Where limits are not stated: a full turn for a revolute joint, 2 m for a prismatic one.
+        """
+        shape = size if isinstance(size, tuple) else (size,)
+        if not all(
+            type(length) is not bool and isinstance(length, (int, np.integer)) and length >= 0 for length in shape
+        ):
+            raise InputError(f"size must be a count or a tuple of counts, got {size!r}")
+        if not isinstance(rng, np.random.Generator):
+            raise InputError(f"rng must be a numpy Generator, got {reprlib.repr(rng)}")
+        lower, upper = self._joints.finite_limits(self.lower, self.upper)
+        return self._joints.configuration(rng.uniform(lower, upper, (*shape, self.n)))
+
+    def integrate(self, q: ArrayLike, dq: ArrayLike) -> Array:
+        """Q ⊕ dq on the manifold: (..., nq) and (..., n) → (..., nq), leading axes broadcast."""
+        q, dq = self._checked(q), as_array(dq, "dq", (self.n,))
+        check_leading_axes("q", q.shape[:-1], "dq", dq.shape[:-1])
+        return self._joints.integrate(q, dq)
+
+    def difference(self, q_from: ArrayLike, q_to: ArrayLike) -> Array:
+        """The dq with q_from ⊕ dq = q_to, (..., n); the short way round for continuous joints."""
+        q_from, q_to = self._checked(q_from), self._checked(q_to)
+        check_leading_axes("q_from", q_from.shape[:-1], "q_to", q_to.shape[:-1])
+        return self._joints.difference(q_from, q_to)
+
+    def _checked(self, q: ArrayLike) -> Array:
+        return self._joints.checked(q, self.name)
+
+    # -------------------------------------------------------------------------------------------------------- frames
+    @property
+    def model(self) -> pin.Model:
+        """The Pinocchio model; a mimic joint is a joint of its own there. Not to be changed."""
+        return self._pinocchio.model
+
+    def create_data(self) -> pin.Data:
+        """New working memory for `model`, for calls of Pinocchio's own functions."""
+        return self.model.createData()
+
+    def pinocchio_q(self, q: ArrayLike) -> Array:
+        """One configuration (nq,) → Pinocchio's, (model.nq,), which holds mimic joints too."""
+        return self._joints.all_joints(alone(self._checked(q), "q", 1)).copy()
+
+    @property
+    def frames(self) -> tuple[str, ...]:
+        """Every frame name: links and joints."""
+        return tuple(self._pinocchio.frames)
+
+    def chain(self, frame: str | None = None) -> Chain:
+        """The joints that move a frame, as constants: what compiled code reads.
+
+        Args:
+            frame: Link or joint; default the tip.
+        """
+        return self._pinocchio.chain(self._frame_index(frame))
+
+    def pose(self, q: ArrayLike, frame: str | None = None) -> Array:
+        """The pose of a frame in the world.
+
+        Args:
+            q: Configurations, (..., nq).
+            frame: Link or joint; default the tip.
+
+        Returns:
+            Homogeneous transforms, (..., 4, 4).
+        """
+        q = self._checked(q)
+        if q.ndim == 1:
+            return self._pinocchio.pose(q, self._frame_index(frame))
+        return self.chain(frame).poses(q)
+
+    def jacobian(
+        self,
+        q: ArrayLike,
+        frame: str | None = None,
+        reference: Reference = "local_world_aligned",
+        *,
+        rows: Sequence[str] | None = None,
+    ) -> Array:
+        """The geometric Jacobian of a frame: twist = J q̇.
+
+        Args:
+            q: Configurations, (..., nq).
+            frame: Link or joint; default the tip.
+            reference: "local_world_aligned" (the frame's point, world axes), "local" (the frame's point and
+                axes) or "world" (the world's origin and axes).
+            rows: Task rows, of x y z wx wy wz; default `self.rows`.
+
+        Returns:
+            (..., len(rows), n), rows linear then angular, in m and rad per rad or m.
+        """
+        q = self._checked(q)
+        if q.ndim == 1:
+            return self._select(self._pinocchio.jacobian(q, self._frame_index(frame), reference), rows, axis=-2)
+        return self._select(self.chain(frame).jacobians(q, reference), rows, axis=-2)
+
+    def hessian(
+        self,
+        q: ArrayLike,
+        frame: str | None = None,
+        reference: Reference = "local_world_aligned",
+        *,
+        rows: Sequence[str] | None = None,
+    ) -> Array:
+        """The derivative of the Jacobian: [i, j, k] = ∂J_ij/∂q_k.
+
+        Args:
+            q: Configurations, (..., nq).
+            frame: As for `jacobian`.
+            reference: As for `jacobian`.
+            rows: As for `jacobian`.
+
+        Returns:
+            (..., len(rows), n, n).
+        """
+        q = self._checked(q)
+        if q.ndim == 1:
+            return self._select(self._pinocchio.hessian(q, self._frame_index(frame), reference), rows, axis=-3)
+        return self._select(self.chain(frame).hessians(q, reference), rows, axis=-3)
+
+    def singular_value_gradients(
+        self, q: ArrayLike, frame: str | None = None, *, rows: Sequence[str] | None = None
+    ) -> Array:
+        """∂σᵢ/∂q_k of the Jacobian, world axes at the frame's point, without its Hessian.
+
+        The same as `robust_ik.singular_value_gradients` of `jacobian` and `hessian`, whose words on σ = 0 and equal
+        singular values hold here too.
+
+        Args:
+            q: Configurations, (..., nq).
+            frame: As for `jacobian`.
+            rows: As for `jacobian`.
+
+        Returns:
+            (..., k, n) with k = min(len(rows), n); row i belongs to σᵢ.
+        """
+        q, names = self._checked(q), self.rows if rows is None else checked_rows(rows)
+        gradients = self.chain(frame).singular_value_gradients(q.reshape(-1, self.nq), names)
+        return gradients.reshape(*q.shape[:-1], *gradients.shape[1:])
+
+    def _select(self, array: Array, rows: Sequence[str] | None, axis: int) -> Array:
+        names = self.rows if rows is None else checked_rows(rows)
+        if names == ROWS:
+            return array
+        return np.take(array, [ROWS.index(name) for name in names], axis=axis)
+
+    def _frame_index(self, name: str | None) -> int:
+        name = self.tip if name is None else name
+        if name is None:
+            raise TipError(
+                f"{self.name} was loaded whole, without a tip: name a frame; its leaves are "
+                + listed(self.description.leaves)
+            )
+        if not isinstance(name, str):
+            raise InputError(f"a frame is named by a str, got {reprlib.repr(name)}")
+        if name in self._pinocchio.frames:
+            return self._pinocchio.frames[name]
+        raise FrameNotFoundError(f"{self.name} has no frame {name!r}; {suggest(str(name), self.frames)}")
+
+    # -------------------------------------------------------------------------------------------- inverse kinematics
+    @cached_property
+    def size(self) -> float:
+        """What the links from the first axis to the tip span, m; 0 where no joint moves the tip's point.
+
+        Joints that slide count where they are nearest zero; their travel only where links alone are shorter than a
+        metre. Of a whole tree, the size of the limb with the longest offsets.
+        """
+        return find_size(self._longest_chain, self.lower, self.upper)
+
+    @cached_property
+    def length_scale(self) -> float:
+        """The length that stands for one metre, m per rad, where lengths are compared with angles or with tolerances.
+
+        1 m for robots of 0.2 to 10 m; for others the power of two that is nearest to their `size`, so that a robot
+        does the same whatever its lengths are told in.
+        """
+        return 1.0 if is_usual(self._longest_chain) else unit_of(self.size)
+
+    @cached_property
+    def _longest_chain(self) -> Chain:
+        if self.tip is not None:
+            return self.chain()
+        return max(map(self.chain, self.description.leaves), key=lambda chain: float(offsets_of(chain)[1:].sum()))
+
+    @cached_property
+    def _pose_solvers(self) -> dict[tuple[str | None, tuple[str, ...]], PoseSolver]:
+        return {}
+
+    @cached_property
+    def _solve_quickly(self) -> Callable[[Any, Any], PoseResult | None]:
+        return self.pose_solver().quickly
+
+    def pose_solver(self, frame: str | None = None, rows: Sequence[str] | None = None) -> PoseSolver:
+        """What `solve_pose` asks, for a loop that asks it often; made once for each frame and rows.
+
+        Args:
+            frame: Link or joint; default the tip.
+            rows: Wanted rows, of x y z wx wy wz; default `self.rows`.
+        """
+        names = self.rows if rows is None else checked_rows(rows)
+        if not isinstance(frame, (str, type(None))):
+            raise InputError(f"a frame is named by a str, got {reprlib.repr(frame)}")
+        solver = self._pose_solvers.get((frame, names))
+        if solver is None:
+            solver = PoseSolver(self.chain(frame), self.lower, self.upper, self.rest, names, self.length_scale)
+            self._pose_solvers[frame, names] = solver
+        return solver
+
+    def solve_pose(
+        self,
+        target: ArrayLike,
+        q0: ArrayLike | None = None,
+        *,
+        frame: str | None = None,
+        rows: Sequence[str] | None = None,
+        **options: Unpack[PoseOptions],
+    ) -> PoseResult:
+        """Inverse kinematics: a configuration inside joint limits whose pose is the target, or is the closest to it.
+
+        Closest is meant in E = ‖Δp‖² + L² ‖Δr‖², in m and rad, over the wanted rows, where L is `length_scale`,
+        by default the robot's: 1 m per rad for robots of usual size.
+
+        Args:
+            target: A pose (4, 4), or a position (3,), m; then rotations are free.
+            q0: Where to begin, (nq,); default `self.rest`. Joints outside their limits are moved inside, and joints
+                that do not move the frame stay.
+            frame: Link or joint; default the tip.
+            rows: Wanted rows, of x y z wx wy wz; default `self.rows`. With two of the rotations, the third world axis
+                is one to turn about freely.
+            **options: See `PoseOptions`: what is preferred, how many solutions, how much effort, tolerances.
+
+        Returns:
+            The configuration, a status (solved, closest, out of reach), the error that is left, the work done.
+
+        Raises:
+            InputError: An argument cannot be meant, or more than 16 joints move the frame.
+            FrameNotFoundError: There is no such frame.
+        """
+        if frame is None and rows is None and not options:
+            found = self._solve_quickly(target, q0)
+            if found is not None:
+                return found
+        solver = self.pose_solver(frame, wanted_rows(target, rows, self.rows))
+        found = None if options else solver.quickly(target, q0)
+        return solver.solve(target, q0, **options) if found is None else found
+
+    def solve_poses(
+        self,
+        targets: ArrayLike,
+        q0: ArrayLike | None = None,
+        *,
+        frame: str | None = None,
+        rows: Sequence[str] | None = None,
+        threads: int = 1,
+        executor: Executor | None = None,
+        progress: Callable[[int, int], None] | None = None,
+        **options: Unpack[PoseOptions],
+    ) -> PoseResults:
+        """`solve_pose` for many targets, with the same bits, several times faster than one by one.
+
+        Args:
+            targets: Poses (..., 4, 4) or positions (..., 3).
+            q0: Where to begin, (..., nq), leading axes broadcast.
+            frame: As for `solve_pose`.
+            rows: As for `solve_pose`.
+            threads: How many to use.
+            executor: Where to do it instead: processes, or a cluster.
+            progress: Called with how many pieces are done and how many there are.
+            **options: As for `solve_pose`.
+        """
+        solver = self.pose_solver(frame, wanted_rows(targets, rows, self.rows, many=True))
+        return solver.solve_many(targets, q0, threads=threads, executor=executor, progress=progress, **options)

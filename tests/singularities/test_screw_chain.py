@@ -15,7 +15,7 @@ from robust_ik.singularities.find.rank_residual import Residual
 from robust_ik.singularities.geometry.constants import axes_at_zero
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 from tests import screw_chain_reference as reference
-from tests.kinematics.test_kinematics import chains
+from tests.robot.test_robot import chains
 
 ROBOTS = ("pa10", "panda", "ur5", "tiago", "talos_arm", "kinova", "puma560", "planar_3r", "duleba_3r", "srs_10r")
 MANY = 19

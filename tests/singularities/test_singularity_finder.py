@@ -14,7 +14,7 @@ from robust_ik.singularities.find.points_found import Points
 from robust_ik.singularities.find.random_starts import find_points, local_dimensions, project
 from robust_ik.singularities.find.rank_residual import Residual, coranks, ranks
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
-from tests.kinematics.test_kinematics import EXAMPLE_NAMES, WITHOUT_JOINTS, chains
+from tests.robot.test_robot import EXAMPLE_NAMES, WITHOUT_JOINTS, chains
 
 OURS = [name for name, entry in catalog().items() if entry.source == "robust_ik"]
 PAIRS = [

@@ -17,8 +17,7 @@ from robust_ik.errors import InputError
 from robust_ik.inverses import DampedLeastSquares, RobustInverse
 from robust_ik.kernels.step.step_layout import TOO_LARGE, UNLIKE
 from robust_ik.kinematics.twist_rows import checked_rows
-from robust_ik.robot.frame_kinematics import Reference
-from robust_ik.robot.robot import Robot
+from robust_ik.robot.robot import Reference, Robot
 
 SIDE_BY_SIDE = 8
 """Steps that are done at once: threads get whole multiples of it."""

@@ -1,4 +1,4 @@
-"""Jacobians and Hessians of every chain of example-robot-data, against differences and the closed screw form."""
+"""A robot's kinematics over every chain of example-robot-data: against differences and the closed screw form."""
 
 import pickle
 from concurrent.futures import ThreadPoolExecutor
@@ -122,7 +122,14 @@ def test_batches_equal_a_loop(robot, function, rng):
     batch = getattr(robot, function)(q)
     loop = np.array([[getattr(robot, function)(one) for one in row] for row in q])
     assert batch.shape == loop.shape
-    assert (batch == loop).all()
+    assert_allclose(batch, loop, atol=1e-12)  # compiled, and Pinocchio
+
+
+@pytest.mark.parametrize("function", ["pose", "jacobian", "hessian"])
+def test_batches_have_the_bits_of_batches_of_one(robot, function, rng):
+    q = robot.random(rng, 11)  # eight side by side, and three more
+    asked = getattr(robot, function)
+    assert (asked(q) == np.concatenate([asked(one[None]) for one in q])).all()
 
 
 @pytest.mark.parametrize("kind", ["revolute", "continuous", "prismatic"])
@@ -162,10 +169,13 @@ def test_results_are_the_callers_own(robot, rng):
 
 def test_threads_can_share_a_robot(robot, rng):
     q = robot.random(rng, 400)
-    expected = robot.hessian(q)
-    with ThreadPoolExecutor(8) as pool:
-        shared = list(pool.map(robot.hessian, q))
-    assert (np.array(shared) == expected).all()
+    for function in (robot.pose, robot.jacobian, robot.hessian):
+        expected = [function(one) for one in q]
+        with ThreadPoolExecutor(8) as pool:
+            shared = list(pool.map(function, q))
+            halves = list(pool.map(function, np.split(q, 8)))
+        assert (np.array(shared) == expected).all()
+        assert (np.concatenate(halves) == function(q)).all()
 
 
 def test_a_robot_survives_pickling(robot, rng):
