@@ -26,7 +26,7 @@ from robust_ik.description.catalog import EXAMPLES, Entry, catalog
 from robust_ik.description.urdf.urdf_reader import read_urdf
 from robust_ik.kinematics.svd import svd
 from robust_ik.singularities.atlas.atlas import SingularityAtlas
-from robust_ik.singularities.atlas.evidence import Status
+from robust_ik.singularities.atlas.evidence import Completeness
 from robust_ik.singularities.families.stratum import Stratum
 from robust_ik.singularities.geometry.constants import axes_at_zero, constants
 
@@ -144,7 +144,7 @@ def measure(case: Case) -> tuple[str, ...]:
 
 def _certified(atlas: SingularityAtlas) -> str:
     """The coranks whose list is proved to be complete, of all that were looked for."""
-    proved = [str(each.corank) for each in atlas.evidence if each.status is Status.CERTIFIED]
+    proved = [str(each.corank) for each in atlas.evidence if each.status is Completeness.CERTIFIED]
     return "all" if len(proved) == len(atlas.evidence) else " ".join(proved) or "none"
 
 

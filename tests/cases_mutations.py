@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
 
-from robust_ik.certificates.proof.case_tree import Factor, Form, Node, Pin
+from robust_ik.certificates.proof.case_tree import ExactPin, Form, FormFactor, Node
 from robust_ik.certificates.proof.proof import Proof
 
 P = 2**61 - 1
@@ -65,7 +65,7 @@ def _splits(node: Node) -> Iterator[tuple[str, Node]]:
             yield "a row twice", replace(node, source=same)
 
 
-def _factors(factor: Factor) -> Iterator[tuple[str, Factor]]:
+def _factors(factor: FormFactor) -> Iterator[tuple[str, FormFactor]]:
     if factor.child >= 0:
         yield "a child redirected", replace(factor, child=factor.child + 1)
         yield "a child redirected to the root", replace(factor, child=0)
@@ -114,10 +114,10 @@ def _infinite(proof: Proof, index: int, node: Node) -> Iterator[tuple[str, Proof
     assert proof.arm is not None
     for joint in proof.arm.sliding:
         if node.kind in ("split", "contradiction") and joint not in node.state.pinned:
-            pins = sorted((*node.state.pins, Pin(joint, ("0",), ("1",))), key=lambda pin: pin.joint)
+            pins = sorted((*node.state.pins, ExactPin(joint, ("0",), ("1",))), key=lambda pin: pin.joint)
             leaf = Node(replace(node.state, pins=tuple(pins)), "leaf")
             form = Form((joint,), (1,), (((0,), ("1",)),))  # x, which is 1: the product stays what it is
-            more = (*node.factors, Factor("pin", form, 1, len(proof.nodes)))
+            more = (*node.factors, FormFactor("pin", form, 1, len(proof.nodes)))
             grown = replace(proof, nodes=(*proof.nodes, leaf))
             yield "a leaf at infinity", _with(grown, index, replace(node, kind="split", factors=more))
             if node.source is not None and node.source.kind == "minor":

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
-from robust_ik.analysis import newton_iteration as newton_steps
-from robust_ik.simulation import simulator as simulation
+from robust_ik.analysis import newton_iteration
+from robust_ik.simulation import simulator
 
 # The same examples in every run: a failure is then a change's, and shows again.
 settings.register_profile("repeatable", derandomize=True, deadline=None)
@@ -71,7 +71,7 @@ def moved_start(robot, q):
 
 
 def move_starts(monkeypatch, size):
-    run, vector = simulation._run, newton_steps._vector
+    run, vector = simulator._run, newton_iteration._vector
 
     def moved_run(controller, motion, q, *rest):
         return run(controller, motion, controller.robot.integrate(q, aside(size, controller.robot.n)), *rest)
@@ -80,5 +80,5 @@ def move_starts(monkeypatch, size):
         found = vector(values, name, *rest)
         return found + aside(size, found.size) if name == "q0" else found
 
-    monkeypatch.setattr(simulation, "_run", moved_run)
-    monkeypatch.setattr(newton_steps, "_vector", moved_vector)
+    monkeypatch.setattr(simulator, "_run", moved_run)
+    monkeypatch.setattr(newton_iteration, "_vector", moved_vector)

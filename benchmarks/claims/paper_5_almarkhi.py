@@ -31,7 +31,7 @@ from robust_ik.checks import Array
 from robust_ik.description.catalog import find
 from robust_ik.singularities.find.gradient_history import descend
 from robust_ik.singularities.find.gradient_search import gradient_search
-from robust_ik.singularities.find.projection_search import Search, project
+from robust_ik.singularities.find.projection_search import SearchEnds, project
 from robust_ik.singularities.find.random_starts import find_points
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 from robust_ik.singularities.lost_motion.sparse_basis import sparse_basis
@@ -119,17 +119,17 @@ def succeeded(corank: int, said: str, groups: int = 4, size: int = 60) -> Claim:
     )  # fmt: skip
 
 
-def plain(corank: int, begin: Array) -> Search:
+def plain(corank: int, begin: Array) -> SearchEnds:
     """The gradient of the one singular value."""
     return gradient_search(chain(), corank, begin, rotated=False, patience=50)
 
 
-def turned(corank: int, begin: Array) -> Search:
+def turned(corank: int, begin: Array) -> SearchEnds:
     """With clusters rotated and combined."""
     return gradient_search(chain(), corank, begin, patience=50)
 
 
-def projection(corank: int, begin: Array) -> Search:
+def projection(corank: int, begin: Array) -> SearchEnds:
     """All weak directions brought to zero together."""
     return project(chain(), corank, begin)
 

@@ -18,18 +18,18 @@ robot. Proving needs python-flint, checking does not.
 from robust_ik.certificates.certificate import Certificate
 from robust_ik.certificates.certify import certify
 from robust_ik.certificates.checker.check import Verdict, check
-from robust_ik.certificates.proof.joint_relations import Relation
+from robust_ik.certificates.proof.joint_relations import JointRelation
 from robust_ik.certificates.proof.proof import Proof
-from robust_ik.certificates.proof.proof_leaves import Leaf, Place, leaves, word
+from robust_ik.certificates.proof.proof_leaves import LeafPlace, ProofLeaf, leaves, word
 from robust_ik.certificates.proof.untrusted_json import CertificateError
 
 __all__ = [
     "Certificate",
     "CertificateError",
-    "Leaf",
-    "Place",
+    "JointRelation",
+    "LeafPlace",
     "Proof",
-    "Relation",
+    "ProofLeaf",
     "Verdict",
     "certify",
     "check",

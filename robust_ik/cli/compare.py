@@ -38,13 +38,15 @@ def compare(
     workers: WorkersOption = 1,
 ) -> None:
     """Run a scenario with the methods it names, or with others, and print how they fared."""
-    from robust_ik.cli import terminal_tables as report
+    from robust_ik.cli import terminal_tables
     from robust_ik.runtime.parallel import process_pool
-    from robust_ik.simulation import comparison as comparing
+    from robust_ik.simulation import comparison
     from robust_ik.simulation.scenarios import load_scenario, scenarios, with_reach
 
     if scenario is None:
-        console.print(report.scenarios({name: load_scenario(path).title for name, path in scenarios().items()}))
+        console.print(
+            terminal_tables.scenarios({name: load_scenario(path).title for name, path in scenarios().items()})
+        )
         return
     check_results(html=html, plot=plot)
     chosen = load_scenario(scenario)
@@ -52,12 +54,12 @@ def compare(
         chosen = with_reach(chosen)
     picked = _chosen(chosen, methods)
     with process_pool(workers) as pool, progress_bar(f"comparing {len(picked)} methods") as told:
-        runs = comparing.compare(chosen, picked, executor=pool, progress=told)[chosen.name]
+        runs = comparison.compare(chosen, picked, executor=pool, progress=told)[chosen.name]
     console.print(f"[bold]{in_markup(chosen.title or chosen.name)}[/]")
     for text in (chosen.source, chosen.note):
         if text:
             console.print(plain(text))
-    console.print(report.comparison(runs))
+    console.print(terminal_tables.comparison(runs))
     if html is not None or plot is not None:
         _draw(chosen, runs, html, plot)
 

@@ -51,7 +51,7 @@ def demo(
     xacro_arg: XacroOption = None,
 ) -> None:
     """Reach beyond the arm's reach and come back, with each method; write the animation as one HTML file."""
-    from robust_ik.cli import terminal_tables as report
+    from robust_ik.cli import terminal_tables
     from robust_ik.robot.loading import load
     from robust_ik.simulation.scenarios import stretch, with_reach
 
@@ -67,10 +67,10 @@ def demo(
         scenario = with_reach(scenario)
     _explain_rows(arm, scenario)
     runs = _run(scenario, chosen)
-    console.print(report.comparison(runs))
+    console.print(terminal_tables.comparison(runs))
     with console.status("writing the animation …"):
         _write_page(path, runs, scenario)
-    for mesh in report.missing_meshes(arm):
+    for mesh in terminal_tables.missing_meshes(arm):
         console.print(f"[yellow]not drawn:[/] {in_markup(mesh)}")
     console.print(f"Open in a browser: [bold]{in_markup(path.resolve())}[/]", soft_wrap=True)
 

@@ -23,7 +23,7 @@ def inverses(
     ] = None,
 ) -> None:
     """List the robust inverses and what each promises; draw their gains."""
-    from robust_ik.cli import terminal_tables as report
+    from robust_ik.cli import terminal_tables
     from robust_ik.inverses import CLASSES, SingularValueFilter
 
     check_results(plot=plot)
@@ -36,10 +36,10 @@ def inverses(
             raise InputError(f"{', '.join(names or ())}: no singular-value filter, so there is no φ(σ) to draw")
         say_written(plot_gains(filters, plot))
     elif markdown:
-        print(report.inverses_markdown(chosen))
+        print(terminal_tables.inverses_markdown(chosen))
     elif names:
         for each in chosen:
-            console.print(report.inverse_details(each), "")
+            console.print(terminal_tables.inverse_details(each), "")
     else:
-        console.print(report.inverses_table(chosen, wide=console.width >= WIDE))
+        console.print(terminal_tables.inverses_table(chosen, wide=console.width >= WIDE))
         console.print("'robust-ik inverses NAME' tells what one promises and its parameters.")

@@ -27,10 +27,10 @@ if TYPE_CHECKING:
 
 def robots() -> None:
     """List the robots that can be loaded by name."""
-    from robust_ik.cli import terminal_tables as report
+    from robust_ik.cli import terminal_tables
     from robust_ik.description.catalog import catalog
 
-    console.print(report.robots((entry, *_joints_and_tip(entry)) for entry in catalog().values()))
+    console.print(terminal_tables.robots((entry, *_joints_and_tip(entry)) for entry in catalog().values()))
     console.print("Any .urdf or .xacro path and any DH table (.toml) loads as well. 'robust-ik info NAME' tells more.")
 
 
@@ -61,13 +61,13 @@ def info(
     robot: RobotArgument, tip: TipOption = None, package_dir: PackageDirOption = None, xacro_arg: XacroOption = None
 ) -> None:
     """Print the chain, limits, tips, σ and manipulability at rest, and the reach."""
-    from robust_ik.cli import terminal_tables as report
+    from robust_ik.cli import terminal_tables
     from robust_ik.robot.loading import load
 
     arm = load(robot, tip, package_dirs=package_dir or (), xacro_args=xacro_arguments(xacro_arg))
     console.print(f"[bold]{in_markup(arm.name)}[/]")
-    console.print(report.facts(arm))
-    console.print(report.joints(arm))
+    console.print(terminal_tables.facts(arm))
+    console.print(terminal_tables.joints(arm))
 
 
 def export(

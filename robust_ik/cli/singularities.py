@@ -135,10 +135,10 @@ def verify(
     ],
 ) -> None:
     """Check proofs of where an arm is singular, without trusting what made them."""
-    from robust_ik.singularities.atlas import atlas_json as storage  # only where it is needed
+    from robust_ik.singularities.atlas import atlas_json  # only where it is needed
 
     path, content = read_file(certificate, LARGEST_FILE)
-    proofs = storage.certificate_in(path, content)
+    proofs = atlas_json.certificate_in(path, content)
     if len(proofs) == 0:
         raise InputError(f"{path} holds no proof")
     refused = 0

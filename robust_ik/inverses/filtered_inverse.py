@@ -61,7 +61,7 @@ class FilteredInverse(RobustInverse):
 
     def begin(self, dt: float) -> RobustInverse:
         """What carries Θ from call to call, dt seconds apart."""
-        return _Run(self, checked_parameter("dt", dt, above=0))
+        return _FilteredRun(self, checked_parameter("dt", dt, above=0))
 
     def start(self, J: ArrayLike) -> Array:
         """Θ₀, (..., n, m)."""
@@ -94,7 +94,7 @@ class FilteredInverse(RobustInverse):
         return np.asarray(np.swapaxes(whole.Vt, -1, -2) @ entries @ np.swapaxes(whole.U, -1, -2))[..., :n, :m]
 
 
-class _Run(RobustInverse):
+class _FilteredRun(RobustInverse):
     source: ClassVar[str] = FilteredInverse.source
     card: ClassVar[Card] = FilteredInverse.card
 

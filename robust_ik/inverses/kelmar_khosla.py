@@ -60,7 +60,7 @@ class KelmarKhosla(RobustInverse):
 
     def begin(self, dt: float) -> RobustInverse:  # noqa: ARG002
         """What remembers the manipulability between calls; dt does not enter the formula."""
-        return _Run(self)
+        return _KelmarKhoslaRun(self)
 
     def damping_for(self, fall: ArrayLike) -> Array:
         """λ for fall = 1 − ρ, the part of the manipulability lost since the last call, ≤ 1."""
@@ -73,7 +73,7 @@ class KelmarKhosla(RobustInverse):
         return DampedLeastSquares(self.floor).largest_gain(sigma_max)
 
 
-class _Run(RobustInverse):
+class _KelmarKhoslaRun(RobustInverse):
     source: ClassVar[str] = KelmarKhosla.source
     card: ClassVar[Card] = KelmarKhosla.card
 

@@ -111,14 +111,14 @@ class MaciejewskiKlein(RobustInverse):
 
     def begin(self, dt: float) -> RobustInverse:  # noqa: ARG002
         """What tracks the smallest singular values from call to call."""
-        return _Run(self)
+        return _MaciejewskiKleinRun(self)
 
     def largest_gain(self, sigma_max: float) -> float:
         """1/(2β), whatever the estimates are; its value at σ₁ while σ₁ < β."""
         return DampedLeastSquares(self.floor).largest_gain(sigma_max)
 
 
-class _Run(RobustInverse):
+class _MaciejewskiKleinRun(RobustInverse):
     source: ClassVar[str] = MaciejewskiKlein.source
     card: ClassVar[Card] = MaciejewskiKlein.card
 

@@ -66,16 +66,16 @@ class Chain:
     @cached_property
     def packed(self) -> Array:
         """What kernels read; see `kernels.packing`."""
-        from robust_ik.kernels.chain import chain_layout as p  # no Numba yet
+        from robust_ik.kernels.chain import chain_layout as links  # no Numba yet
 
-        joints = np.zeros((len(self), p.STRIDE))
-        joints[:, p.ROTATION : p.ROTATION + 9] = self.rotations.reshape(-1, 9)
-        joints[:, p.ORIGIN : p.ORIGIN + 3] = self.origins
+        joints = np.zeros((len(self), links.STRIDE))
+        joints[:, links.ROTATION : links.ROTATION + 9] = self.rotations.reshape(-1, 9)
+        joints[:, links.ORIGIN : links.ORIGIN + 3] = self.origins
         direct = self.circling & ~self.sliding & (self.factor == 1) & (self.shift == 0)
-        plain = np.where(self.sliding, p.SLIDING, p.TURNING)
-        joints[:, p.KIND] = np.where(direct, p.CIRCLING, plain + p.FOLLOWING * self.circling)
-        joints[:, p.PLACE], joints[:, p.COLUMN] = self.place, self.column
-        joints[:, p.FACTOR], joints[:, p.SHIFT] = self.factor, self.shift
+        plain = np.where(self.sliding, links.SLIDING, links.TURNING)
+        joints[:, links.KIND] = np.where(direct, links.CIRCLING, plain + links.FOLLOWING * self.circling)
+        joints[:, links.PLACE], joints[:, links.COLUMN] = self.place, self.column
+        joints[:, links.FACTOR], joints[:, links.SHIFT] = self.factor, self.shift
         head = np.array([len(self), self.n, self.nq, 0.0])
         return readonly(np.concatenate([head, joints.ravel(), self.tip[:3, :3].ravel(), self.tip[:3, 3]]))
 

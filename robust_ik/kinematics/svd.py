@@ -123,11 +123,11 @@ def _decomposed(J: Array, *, full: bool) -> ThinSVD:
     U, s, Vt = np.empty((*batch, m, k)), np.empty((*batch, k)), np.empty((*batch, right, n))
     if not (J.flags.c_contiguous and J.dtype == float):
         J = np.ascontiguousarray(J, dtype=float)
-    decompose = _compiled("vectors", max(m, n) <= 8)
+    small_svd = _compiled("vectors", max(m, n) <= 8)
     if batch:
-        good = decompose(J.reshape(-1, m, n), U.reshape(-1, m, k), s.reshape(-1, k), Vt.reshape(-1, right, n))
+        good = small_svd(J.reshape(-1, m, n), U.reshape(-1, m, k), s.reshape(-1, k), Vt.reshape(-1, right, n))
     else:
-        good = decompose(J[None], U[None], s[None], Vt[None])
+        good = small_svd(J[None], U[None], s[None], Vt[None])
     if not good:
         raise _unfit(J)
     return ThinSVD(U, s, Vt)
@@ -136,9 +136,9 @@ def _decomposed(J: Array, *, full: bool) -> ThinSVD:
 @cache
 def _compiled(what: str, small: bool) -> Callable[..., bool]:
     """The kernel for "vectors" or "values", of at most 8 or at most LARGEST_COMPILED rows and columns."""
-    from robust_ik.kernels.matrices import small_svd as decompose
+    from robust_ik.kernels.matrices import small_svd
 
-    kernel = getattr(decompose, f"{what}_{8 if small else LARGEST_COMPILED}")
+    kernel = getattr(small_svd, f"{what}_{8 if small else LARGEST_COMPILED}")
     compiled: Callable[..., bool] = kernel.compiled
     return compiled
 

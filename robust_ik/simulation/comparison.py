@@ -44,14 +44,14 @@ def compare(
         raise InputError(f"each scenario needs a name of its own, got {listed(names)}")
     pieces = [piece for scenario in given for piece in _runs_of(scenario, methods)]
     runs: dict[str, dict[str, Trajectory]] = {name: {} for name in names}
-    for piece, run in zip(pieces, run_pieces(_Run.run, pieces, executor, progress)):
+    for piece, run in zip(pieces, run_pieces(_ComparedRun.run, pieces, executor, progress)):
         # A worker's robot is a copy.
         runs[piece.scenario.name][piece.label] = replace(run, robot=piece.scenario.robot)
     return runs
 
 
 @dataclass(frozen=True, eq=False)
-class _Run:
+class _ComparedRun:
     """One scenario with one method."""
 
     scenario: Scenario
@@ -63,13 +63,13 @@ class _Run:
         return replace(simulate(self.scenario, self.method, progress=_untold), name=self.label)
 
 
-def _runs_of(scenario: Scenario, methods: Mapping[str, Method] | None) -> list[_Run]:
+def _runs_of(scenario: Scenario, methods: Mapping[str, Method] | None) -> list[_ComparedRun]:
     chosen = replace(scenario, methods=scenario.methods if methods is None else methods).methods  # checked
     if not chosen:
         raise InputError(f"{scenario.name} names no methods: name some")
     # Every run carries its own method only: what cannot be sent to a worker in the others is no matter.
     alone = replace(scenario, methods={})
-    return [_Run(alone, label, method) for label, method in chosen.items()]
+    return [_ComparedRun(alone, label, method) for label, method in chosen.items()]
 
 
 def _untold(done: int, total: int) -> None:

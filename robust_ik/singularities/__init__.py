@@ -2,7 +2,7 @@
 
 from robust_ik.singularities.atlas.atlas import SingularityAtlas
 from robust_ik.singularities.atlas.atlas_record import NoSingularitiesError
-from robust_ik.singularities.atlas.evidence import Evidence, Status
+from robust_ik.singularities.atlas.evidence import Completeness, Evidence
 from robust_ik.singularities.atlas.search import find_singularities
 from robust_ik.singularities.families.stratum import Stratum
 from robust_ik.singularities.lost_motion.along_a_stratum import Lost
@@ -11,13 +11,13 @@ from robust_ik.singularities.lost_motion.wrench_screw import WrenchScrew
 from robust_ik.singularities.trace.coupled_curves import Curve, trace
 
 __all__ = [
+    "Completeness",
     "Curve",
     "Evidence",
     "Lost",
     "LostMotion",
     "NoSingularitiesError",
     "SingularityAtlas",
-    "Status",
     "Stratum",
     "WrenchScrew",
     "find_singularities",

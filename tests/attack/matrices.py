@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import robust_ik as rik
-from robust_ik.kinematics import svd as linalg
+from robust_ik.kinematics import svd
 from tests.cases_filters import CASES
 from tests.cases_others import OTHER_CASES
 
@@ -135,7 +135,7 @@ def spares_idle_joints(inverse: rik.RobustInverse, size: float) -> bool:
 
 def decomposition_faults(J: Array) -> dict[str, NDArray[np.bool_]]:
     """What the decomposition does that it must not."""
-    found = linalg.full_svd(J)
+    found = svd.full_svd(J)
     size = np.abs(J).max(axis=(-2, -1), keepdims=True)
     unit = np.where(size > 0, size, 1.0)
     rebuilt = (found.U * (found.s[:, None, :] / unit)) @ found.Vt[:, : found.s.shape[-1], :]

@@ -19,7 +19,7 @@ from robust_ik.description.joint_tree import Mesh
 from robust_ik.description.meshes.mesh_files import UnreadableMeshError, read_mesh
 from robust_ik.errors import LONGEST_MESSAGE, RobustIKError
 from robust_ik.simulation.scenarios.scenario_toml import read_scenario
-from robust_ik.singularities.atlas import atlas_json as storage
+from robust_ik.singularities.atlas import atlas_json
 from tests.attack.guards import WATCH, TooSlowError, within
 
 COUNTS = {"short": 300, "full": 100_000}
@@ -208,9 +208,9 @@ class Reading:
         elif suffix == ".srdf":
             read_srdf(path)
         elif name == "proof.json":
-            storage.certificate_in(path, path.read_bytes()).check()
+            atlas_json.certificate_in(path, path.read_bytes()).check()
         elif suffix == ".json":
-            storage.load(path)
+            atlas_json.load(path)
         else:
             mesh = self.folder / ("a.obj" if suffix == ".mtl" else "a.gltf" if suffix == ".bin" else name)
             read_mesh(Mesh(mesh.name, mesh, (1.0, 1.0, 1.0), self.folder))

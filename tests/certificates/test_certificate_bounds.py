@@ -9,8 +9,7 @@ import pytest
 import robust_ik as rik
 from robust_ik.certificates import certify, check
 from robust_ik.certificates.checker.modular_arithmetic import determinant, determinant_of_numbers, random_prime
-from robust_ik.certificates.proof import counted_steps as steps
-from robust_ik.certificates.proof import untrusted_json as json_values
+from robust_ik.certificates.proof import counted_steps, untrusted_json
 from robust_ik.certificates.proof.proof import from_json
 from robust_ik.certificates.proof.real_roots import _chain, real_root_count
 from robust_ik.certificates.proof.untrusted_json import CertificateError, read_json
@@ -50,7 +49,7 @@ def test_what_a_check_takes_is_bounded_and_the_bound_can_be_raised(proof):
     text = json.dumps(proof)
     assert check(text).accepted
     assert "more steps" in check(text, steps=100).reason
-    assert steps.left() == float("inf")
+    assert counted_steps.left() == float("inf")
     assert check(text, steps=1e6).accepted
 
 
@@ -60,7 +59,7 @@ def test_many_cases_that_each_take_little_are_refused_together(proof):
 
     def spend(count):
         counted.append(count)
-        steps.spend(count)
+        counted_steps.spend(count)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("robust_ik.certificates.proof.real_roots.spend", spend)
@@ -71,7 +70,7 @@ def test_many_cases_that_each_take_little_are_refused_together(proof):
 
 @pytest.mark.parametrize("key", ["field", "x", "constant", "terms"])
 def test_a_field_of_a_degree_that_no_prover_works_in_is_refused(proof, key):
-    long = ["1"] * (json_values.MAX_FIELD + 1)
+    long = ["1"] * (untrusted_json.MAX_FIELD + 1)
     state = {
         "field": {"field": long},
         "x": {"pins": [{"joint": 0, "x": long, "y": ["1"]}]},
@@ -84,10 +83,10 @@ def test_a_field_of_a_degree_that_no_prover_works_in_is_refused(proof, key):
 
 @pytest.mark.parametrize("sign", ["[],", "{},", "1,"])
 def test_a_text_that_memory_should_not_hold_is_refused_unread(sign, monkeypatch):
-    monkeypatch.setattr(json_values, "MOST_LISTS", 1000)
-    monkeypatch.setattr(json_values, "MOST_VALUES", 1000)
+    monkeypatch.setattr(untrusted_json, "MOST_LISTS", 1000)
+    monkeypatch.setattr(untrusted_json, "MOST_VALUES", 1000)
     assert read_json(f"[{sign * 300}1]")
-    monkeypatch.setattr(json_values.json, "loads", None)
+    monkeypatch.setattr(untrusted_json.json, "loads", None)
     with pytest.raises(ValueError, match="holds more than"):
         read_json(f"[{sign * 2000}1]")
     with pytest.raises(CertificateError, match="holds more than"):

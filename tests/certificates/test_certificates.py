@@ -20,7 +20,7 @@ from robust_ik.certificates import CertificateError, Proof, certify, check, leav
 from robust_ik.certificates.certify import _in_a_process, certify_exact, plain_arm
 from robust_ik.certificates.effort import Effort
 from robust_ik.certificates.proof.case_tree import Form, Node, Source, State
-from robust_ik.certificates.proof.proof_leaves import Place
+from robust_ik.certificates.proof.proof_leaves import LeafPlace
 from robust_ik.certificates.proof.real_roots import real_root_count, real_roots
 from robust_ik.certificates.prover.exact_arm import ExactArm, exact_arm, half_angle
 from robust_ik.certificates.prover.rational_matrices import turn
@@ -67,7 +67,7 @@ def proof(name: str, corank: int) -> Proof:
     return certify(robot(name), corank, time_limit=PATIENCE)
 
 
-def places(name: str, corank: int) -> list[Place]:
+def places(name: str, corank: int) -> list[LeafPlace]:
     return [place for leaf in leaves(proof(name, corank)) for place in leaf.places]
 
 
@@ -465,7 +465,7 @@ def test_what_snapping_changed_is_reported():
 
 
 # ---------------------------------------------------------------------------------------------------- floats
-def fill(place: Place, rng: np.random.Generator) -> np.ndarray | None:
+def fill(place: LeafPlace, rng: np.random.Generator) -> np.ndarray | None:
     """A random configuration of a place: relations are solved one after the other by bisection."""
     q = rng.uniform(-np.pi, np.pi, len(place.names))
     for joint, value in (place.angles | place.lengths).items():

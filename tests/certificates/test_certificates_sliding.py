@@ -14,9 +14,9 @@ import robust_ik as rik
 from robust_ik.certificates import Proof, certify, check, leaves
 from robust_ik.certificates.certify import certify_exact, exact_from_plain, plain_arm
 from robust_ik.certificates.checker.expected_children import RefusedError, check_unreal
-from robust_ik.certificates.proof.case_tree import Factor, Form
+from robust_ik.certificates.proof.case_tree import Form, FormFactor
 from robust_ik.certificates.proof.joint_relations import shown_length
-from robust_ik.certificates.proof.proof_leaves import Place
+from robust_ik.certificates.proof.proof_leaves import LeafPlace
 from robust_ik.certificates.prover.exact_arm import ExactArm, exact_arm
 from robust_ik.certificates.prover.rational_matrices import turn
 from tests.cases_mutations import spoiled
@@ -83,7 +83,7 @@ def proof(name: str, corank: int) -> Proof:
     return certify(robot(name), corank, thorough=False, time_limit=3600.0)
 
 
-def places(name: str, corank: int) -> list[Place]:
+def places(name: str, corank: int) -> list[LeafPlace]:
     return [place for leaf in leaves(proof(name, corank)) for place in leaf.places]
 
 
@@ -137,9 +137,9 @@ def test_moving_the_joint_zeros_moves_the_leaves():
 
 def test_a_factor_without_real_roots_leads_nowhere_for_a_length_too():
     square = Form((2,), (2,), (((0,), ("1",)), ((1,), ("1",)), ((2,), ("1",))))
-    check_unreal(Factor("unreal", square, 1))
+    check_unreal(FormFactor("unreal", square, 1))
     with pytest.raises(RefusedError, match="real root"):
-        check_unreal(Factor("unreal", replace(square, terms=(((0,), ("-1",)), *square.terms[1:])), 1))
+        check_unreal(FormFactor("unreal", replace(square, terms=(((0,), ("-1",)), *square.terms[1:])), 1))
 
 
 def test_arms_with_slides_survive_json():

@@ -12,7 +12,7 @@ from rich.console import Console
 
 import robust_ik as rik
 from robust_ik import cli
-from robust_ik.cli import terminal_tables as report
+from robust_ik.cli import terminal_tables
 from robust_ik.description.catalog import catalog
 from robust_ik.inverses import CLASSES
 from robust_ik.simulation.scenarios import stretch
@@ -170,7 +170,7 @@ def test_the_comparison_holds_the_numbers_of_the_runs():
     scenario = stretch(rik.load("planar_2r"))
     run = scenario.run(rik.JParse())
     console = Console(width=200, record=True, file=open("/dev/null", "w"))  # noqa: SIM115, PTH123
-    console.print(report.comparison({"JParse": run}))
+    console.print(terminal_tables.comparison({"JParse": run}))
     console.file.close()
     text = console.export_text()
     assert f"{run.largest_speed:.3g}" in text
@@ -190,7 +190,7 @@ def test_inverses_lists_every_inverse_with_its_promises(command):
 
 
 def test_inverses_prints_the_table_of_the_readme_and_draws_the_gains(command, tmp_path):
-    assert command("inverses", "--markdown")[1].strip() == report.inverses_markdown(CLASSES)
+    assert command("inverses", "--markdown")[1].strip() == terminal_tables.inverses_markdown(CLASSES)
     status, out, _ = command("inverses", "JParse", "EDLS", "--plot", "gains.png")
     assert status == 0
     assert "gains.png" in out

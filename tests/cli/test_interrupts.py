@@ -13,8 +13,8 @@ import pytest
 import robust_ik as rik
 from robust_ik.runtime.parallel import process_pool
 from robust_ik.singularities import find_singularities
-from robust_ik.singularities.atlas import search_run as search
-from robust_ik.singularities.atlas.evidence import Status
+from robust_ik.singularities.atlas import search_run
+from robust_ik.singularities.atlas.evidence import Completeness
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals of Unix")
 
@@ -90,7 +90,7 @@ def test_ctrl_c_in_a_search_keeps_what_was_found_and_exits_with_130(tmp_path):
     assert done.stderr == "Interrupted: this is what was found until then.\n"
     atlas = rik.SingularityAtlas.load(tmp_path / "a.json")
     assert atlas.interrupted
-    assert [each.status for each in atlas.evidence] == [Status.INTERRUPTED] * len(atlas.evidence)
+    assert [each.status for each in atlas.evidence] == [Completeness.INTERRUPTED] * len(atlas.evidence)
     assert len(atlas.of_corank(1)) > 0
     assert "The search was stopped" in (tmp_path / "a.html").read_text()
 
@@ -100,15 +100,15 @@ def test_ctrl_c_while_rows_are_made_keeps_those_that_are_and_claims_nothing(monk
     def stop(*_):
         raise KeyboardInterrupt
 
-    def rows(*given, real=search.make_rows):
+    def rows(*given, real=search_run.make_rows):
         yield from real(*given)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(search, "make_rows" if where == "rows" else "judged", rows if where == "rows" else stop)
+    monkeypatch.setattr(search_run, "make_rows" if where == "rows" else "judged", rows if where == "rows" else stop)
     atlas = find_singularities(rik.load("planar_2r"), starts=50)
     assert atlas.interrupted
     assert [stratum.words for stratum in atlas] == ["q2 ∈ {0, π}"]
-    assert {each.status for each in atlas.evidence} == {Status.INTERRUPTED}
+    assert {each.status for each in atlas.evidence} == {Completeness.INTERRUPTED}
     assert "certified" not in atlas.explanation
 
 

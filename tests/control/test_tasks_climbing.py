@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 
 import robust_ik as rik
 from robust_ik.control.tasks import ClimbingTask, ManipulabilityTask, SingularValueTask
-from robust_ik.kinematics import svd as linalg
+from robust_ik.kinematics import svd
 
 ROBOTS = ["panda", "ur5", "xarm7", "kinova", "so101", "pa10", "planar_3r", "panda+panda_rightfinger"]
 
@@ -17,7 +17,7 @@ def load(name):
 
 
 def sigma_min(J):
-    return linalg.svd(J).s[..., -1]
+    return svd.svd(J).s[..., -1]
 
 
 def gradient(measure, robot, q, h=1e-6):
@@ -36,7 +36,7 @@ def climb(robot, q, task, steps, dt=0.02):
 
 @pytest.mark.parametrize("name", ROBOTS)
 @pytest.mark.parametrize(
-    "kind, measure", [(ManipulabilityTask, linalg.manipulability), (SingularValueTask, sigma_min)], ids=["w", "sigma"]
+    "kind, measure", [(ManipulabilityTask, svd.manipulability), (SingularValueTask, sigma_min)], ids=["w", "sigma"]
 )
 def test_the_row_is_the_unit_gradient_and_below_the_threshold_the_measure_rises_as_asked(name, kind, measure, rng):
     robot = load(name)
@@ -58,7 +58,7 @@ def test_the_row_is_the_unit_gradient_and_below_the_threshold_the_measure_rises_
 def test_at_and_above_the_threshold_nothing_is_asked(kind, factor, rng):
     robot = rik.load("panda")
     J = robot.jacobian(robot.rest)
-    value = float(linalg.manipulability(J) if kind is ManipulabilityTask else sigma_min(J))
+    value = float(svd.manipulability(J) if kind is ManipulabilityTask else sigma_min(J))
     equation = kind(threshold=factor * value, weight=2.0).equation(robot, robot.rest)
     assert equation.J.shape == (1, 7)
     assert not equation.J.any()
@@ -103,7 +103,7 @@ def test_the_threshold_is_approached_from_below_and_not_passed(kind, target):
     start = robot.configuration([0.3, -1.0, 0.01, -0.5, 0.05, 0.1])
     q = climb(robot, start, kind(gain=2.0, threshold=target), 500)
     J = robot.jacobian(q)
-    value = float(linalg.manipulability(J) if kind is ManipulabilityTask else sigma_min(J))
+    value = float(svd.manipulability(J) if kind is ManipulabilityTask else sigma_min(J))
     assert_allclose(value, target, rtol=1e-3)
     assert value <= target
 
@@ -156,7 +156,7 @@ def test_the_length_scale_multiplies_angular_rows(rng):
     robot = rik.load("panda")
     q = robot.random(rng)
     scale = np.repeat([1.0, 0.2], 3)[:, None]
-    slope = gradient(lambda J: linalg.svd(scale * J).s[..., 2], robot, q)
+    slope = gradient(lambda J: svd.svd(scale * J).s[..., 2], robot, q)
     J = SingularValueTask(index=2, length_scale=0.2).equation(robot, q).J
     assert_allclose(J[0], slope / np.linalg.norm(slope), atol=1e-6)
 

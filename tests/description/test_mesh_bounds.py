@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from robust_ik.description.joint_tree import Mesh
-from robust_ik.description.meshes import mesh_bounds as bounds
-from robust_ik.description.meshes import mesh_files as reader
+from robust_ik.description.meshes import mesh_bounds, mesh_files
 from robust_ik.description.meshes.mesh_files import UnreadableMeshError, read_mesh
 from robust_ik.description.meshes.triangle_meshes import Triangles, tidy
 
@@ -37,7 +36,7 @@ def primitives(count, accessor):
 
 
 LARGE = {"count": 3000, "componentType": 5126, "type": "VEC3"}
-MANY = bounds.MAX_FACE_LINES + 1
+MANY = mesh_bounds.MAX_FACE_LINES + 1
 REFUSED = {
     "a doubling scene.dae": ((HEAD + doubling(40) + TAIL.format(INSTANCE)).encode(), "triangles"),
     "a scene in itself.dae": ((HEAD + CIRCLE + TAIL.format(INSTANCE)).encode(), "hold each other"),
@@ -71,7 +70,7 @@ def test_a_mesh_that_holds_or_claims_too_much_is_refused_before_it_is_read(tmp_p
     def never(*_, **__):
         raise AssertionError("it was read")
 
-    monkeypatch.setattr(reader.trimesh, "load", never)
+    monkeypatch.setattr(mesh_files.trimesh, "load", never)
     with pytest.raises(UnreadableMeshError, match=why):
         read_mesh(Mesh(name, tmp_path / name, (1.0, 1.0, 1.0), tmp_path))
 
@@ -88,7 +87,7 @@ def test_what_a_scene_shows_often_is_counted_as_often(tmp_path, monkeypatch):
     (tmp_path / "a.gltf").write_bytes(header)
     mesh = Mesh("a.gltf", tmp_path / "a.gltf", (1.0, 1.0, 1.0), tmp_path)
     assert sum(len(part.triangles.faces) for part in read_mesh(mesh)) == 30
-    monkeypatch.setattr(bounds, "MAX_TRIANGLES", 20)
+    monkeypatch.setattr(mesh_bounds, "MAX_TRIANGLES", 20)
     with pytest.raises(UnreadableMeshError, match="21 triangles"):
         read_mesh(mesh)
 
@@ -96,7 +95,7 @@ def test_what_a_scene_shows_often_is_counted_as_often(tmp_path, monkeypatch):
 def test_images_are_opened_only_if_their_readers_run_no_other_program(tmp_path):
     for kind, size, opened in (("PNG", 100, True), ("EPS", 100, False), (None, 100, False), ("PNG", 10_000, False)):
         image = type("Image", (), {"width": size, "height": size, "format": kind})()
-        assert reader._may_be_opened(image) is opened
+        assert mesh_files._may_be_opened(image) is opened
 
 
 def test_corners_are_one_exactly_where_they_are_at_one_place():

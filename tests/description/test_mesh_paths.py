@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from robust_ik.description.joint_tree import Mesh
-from robust_ik.description.meshes import mesh_paths as meshpaths
+from robust_ik.description.meshes import mesh_paths
 from robust_ik.description.meshes.mesh_files import UnreadableMeshError, read_mesh
 from robust_ik.description.meshes.mesh_paths import MeshPaths, is_shared
 from robust_ik.description.meshes.mesh_references import ConfinedResolver
@@ -57,7 +57,7 @@ def test_a_home_is_no_package_even_if_there_is_a_package_xml_in_it(home):
 
 
 def test_what_everyone_shares_is_no_package_of_a_urdf_folder_in_it(home, monkeypatch):
-    monkeypatch.setattr(meshpaths.tempfile, "gettempdir", lambda: str(home / "passing"))
+    monkeypatch.setattr(mesh_paths.tempfile, "gettempdir", lambda: str(home / "passing"))
     (home / "passing/urdf").mkdir(parents=True)
     (home / "passing/other.stl").write_text("solid")
     (home / "urdf").mkdir()

@@ -9,7 +9,7 @@ import trimesh
 from numpy.testing import assert_allclose
 
 from robust_ik.description.joint_tree import Mesh
-from robust_ik.description.meshes import mesh_files as reader
+from robust_ik.description.meshes import mesh_files
 from robust_ik.description.meshes.mesh_files import UnreadableMeshError, read_mesh
 from robust_ik.description.meshes.mesh_references import ConfinedResolver
 from robust_ik.description.meshes.triangle_meshes import Triangles, signed_volume, tidy
@@ -250,7 +250,7 @@ def test_missing_zipped_and_oversized_files_are_refused_with_a_reason(tmp_path, 
         archive.writestr("a.dae", DAE)
     with pytest.raises(UnreadableMeshError, match="zip"):
         read_mesh(mesh_of(tmp_path / "a.dae"))
-    monkeypatch.setattr(reader, "MAX_BYTES", 100)
+    monkeypatch.setattr(mesh_files, "MAX_BYTES", 100)
     with pytest.raises(UnreadableMeshError, match="larger than"):
         read_mesh(mesh_of(exported(tmp_path, ".stl")))
 

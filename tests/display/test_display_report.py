@@ -16,7 +16,7 @@ from robust_ik.display import Scene, draw_run, write_html
 from robust_ik.display.drawings.run_frames import Frames
 from robust_ik.display.pages.comparison_page import report_page
 from robust_ik.display.pages.run_table import breakable, number
-from robust_ik.display.pages.svg_chart import Curve, Scale, chart
+from robust_ik.display.pages.svg_chart import ChartCurve, Scale, chart
 from robust_ik.display.scene.animation_tracks import LARGEST
 from robust_ik.errors import InputError
 from robust_ik.inverses import DampedLeastSquares, JParse, MoorePenrose
@@ -283,7 +283,7 @@ def test_a_folder_is_refused(runs, tmp_path):
 def test_a_peak_of_one_step_stays_in_the_chart():
     values = np.ones(100_000)
     values[54_321] = 1000
-    time, envelope = Curve(np.arange(100_000.0), values, "#000").envelope()
+    time, envelope = ChartCurve(np.arange(100_000.0), values, "#000").envelope()
     assert len(time) <= 240
     assert envelope.max() == 1000
 
@@ -305,7 +305,7 @@ def test_every_value_has_a_place_in_the_chart(values, logarithmic):
     assert (heights >= 20).all()
     assert (heights <= 112).all()
     drawn = chart(
-        "a < b", [Curve(np.arange(len(values), dtype=float), values, "#123456")], 5.0, logarithmic=logarithmic
+        "a < b", [ChartCurve(np.arange(len(values), dtype=float), values, "#123456")], 5.0, logarithmic=logarithmic
     )
     assert "a &lt; b" in drawn
     assert "nan" not in drawn

@@ -20,7 +20,7 @@ from tornado.httpclient import HTTPClientError, HTTPRequest
 from tornado.websocket import websocket_connect
 
 from robust_ik.display import Scene, serve
-from robust_ik.display.scene import live_server as server
+from robust_ik.display.scene import live_server
 from robust_ik.display.scene.meshcat_module import geometry, umsgpack
 
 SECONDS = 60
@@ -251,7 +251,7 @@ def quiet(caplog, capfd):
 
 
 def test_a_viewer_that_does_not_read_takes_bounded_memory_and_then_sees_the_scene_as_it_is(scene, quiet, monkeypatch):
-    monkeypatch.setattr(server, "MOST_COMMANDS", 50)
+    monkeypatch.setattr(live_server, "MOST_COMMANDS", 50)
 
     with upgraded(scene) as raw:
         until(lambda: len(scene.server._viewers) == 1)
@@ -296,7 +296,7 @@ def test_a_server_ends_though_a_viewer_does_not_read(quiet):
 
 
 def test_a_program_that_is_faster_than_the_server_is_not_held_up_and_nothing_piles_up(scene, quiet, monkeypatch):
-    monkeypatch.setattr(server, "MOST_COMMANDS", 50)
+    monkeypatch.setattr(live_server, "MOST_COMMANDS", 50)
     with server_held(scene):
         flood(scene, 500, 10)
         assert len(scene.server._waiting._commands or ()) <= 50
@@ -304,7 +304,7 @@ def test_a_program_that_is_faster_than_the_server_is_not_held_up_and_nothing_pil
 
 
 def test_a_viewer_that_fell_behind_is_cleared_before_it_gets_the_scene_anew(scene, monkeypatch):
-    monkeypatch.setattr(server, "MOST_COMMANDS", 3)
+    monkeypatch.setattr(live_server, "MOST_COMMANDS", 3)
     scene["gone"].set_property("visible", True)
     scene["box"].set_property("visible", True)
 

@@ -17,10 +17,8 @@ import pytest
 import robust_ik as rik
 from robust_ik import kernels
 from robust_ik.cli.warmup import warmup as warmup_command
-from robust_ik.control.compiled_step import kernel_warmup as warming
-from robust_ik.kernels.compiler import announcing, compiling
-from robust_ik.kernels.compiler import gain_callbacks as formulas
-from robust_ik.kernels.compiler import kernel_store as store
+from robust_ik.control.compiled_step import kernel_warmup
+from robust_ik.kernels.compiler import announcing, compiling, gain_callbacks, kernel_store
 from robust_ik.kernels.compiler.compiling import FLOAT, Kernel, callback, every_kernel, filled
 
 PANDA = rik.load("panda")
@@ -38,8 +36,8 @@ def half(x):
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     """The only place where kernels may lie."""
-    monkeypatch.setattr(store, "places", lambda: iter([tmp_path / "cache"]))
-    monkeypatch.setattr(store, "_told", [])
+    monkeypatch.setattr(kernel_store, "places", lambda: iter([tmp_path / "cache"]))
+    monkeypatch.setattr(kernel_store, "_told", [])
     return tmp_path / "cache"
 
 
@@ -59,7 +57,12 @@ def test_what_was_compiled_is_read_the_next_time(folder):
 
 @pytest.mark.parametrize(
     "damage",
-    [lambda _: b"", lambda whole: whole[:100], lambda whole: whole[:-1] + b"?", lambda _: store._digest(b"no") + b"no"],
+    [
+        lambda _: b"",
+        lambda whole: whole[:100],
+        lambda whole: whole[:-1] + b"?",
+        lambda _: kernel_store._digest(b"no") + b"no",
+    ],
     ids=["empty", "cut off", "one byte changed", "whole, and no kernel"],
 )
 def test_a_damaged_file_is_compiled_again_and_replaced(folder, damage):
@@ -71,7 +74,7 @@ def test_a_damaged_file_is_compiled_again_and_replaced(folder, damage):
 
 def test_with_no_folder_to_write_to_all_works_and_is_said_once(tmp_path, folder, monkeypatch, caplog):
     (tmp_path / "file").touch()
-    monkeypatch.setattr(store, "places", lambda: iter([tmp_path / "file" / "below"]))
+    monkeypatch.setattr(kernel_store, "places", lambda: iter([tmp_path / "file" / "below"]))
     with caplog.at_level(logging.WARNING, "robust_ik"):
         assert [doubling(), doubling()] == [False, False]
     (record,) = caplog.records
@@ -80,13 +83,13 @@ def test_with_no_folder_to_write_to_all_works_and_is_said_once(tmp_path, folder,
 
 def test_the_next_folder_is_taken_where_the_first_cannot_be_written(tmp_path, folder, monkeypatch):
     (tmp_path / "file").touch()
-    monkeypatch.setattr(store, "places", lambda: iter([tmp_path / "file" / "below", folder]))
+    monkeypatch.setattr(kernel_store, "places", lambda: iter([tmp_path / "file" / "below", folder]))
     assert [doubling(), doubling()] == [False, True]
 
 
 def test_a_folder_that_may_only_be_read_is_read(folder, monkeypatch):
     doubling()
-    monkeypatch.setattr(store, "_put", lambda *_: pytest.fail("nothing is written"))
+    monkeypatch.setattr(kernel_store, "_put", lambda *_: pytest.fail("nothing is written"))
     assert doubling()
 
 
@@ -109,8 +112,8 @@ def test_a_folder_that_others_can_write_to_is_not_used_and_that_is_said_once(fol
     if which == "the one above" and mode & 0o1000:
         pytest.skip("in a sticky folder nobody can replace another's")
     above = folder.parent / "above"
-    monkeypatch.setattr(store, "places", lambda: iter([above / "below", folder]))
-    monkeypatch.setattr(store, "_refused", set())
+    monkeypatch.setattr(kernel_store, "places", lambda: iter([above / "below", folder]))
+    monkeypatch.setattr(kernel_store, "_refused", set())
     doubling()
     opened(above / "below" if which == "the folder" else above, mode)
     with caplog.at_level(logging.WARNING, "robust_ik"):
@@ -134,7 +137,7 @@ def test_a_file_that_another_may_have_written_is_not_run_but_replaced(folder, ca
 
 @as_root
 def test_a_folder_of_another_user_is_not_used(folder, monkeypatch, caplog):
-    monkeypatch.setattr(store, "_refused", set())
+    monkeypatch.setattr(kernel_store, "_refused", set())
     folder.mkdir()
     sold(folder, None)
     assert [doubling(), doubling()] == [False, False]
@@ -153,15 +156,15 @@ def test_what_is_kept_is_closed_to_others_whatever_the_umask_is(folder):
 
 @unix
 def test_beside_the_sources_a_folder_may_be_as_open_as_they_are(tmp_path, monkeypatch):
-    monkeypatch.setattr(store, "FOLDER", tmp_path)
-    monkeypatch.setattr(store, "places", lambda: iter([tmp_path / "__pycache__"]))
-    monkeypatch.setattr(store, "_refused", set())
+    monkeypatch.setattr(kernel_store, "FOLDER", tmp_path)
+    monkeypatch.setattr(kernel_store, "places", lambda: iter([tmp_path / "__pycache__"]))
+    monkeypatch.setattr(kernel_store, "_refused", set())
     tmp_path.chmod(0o777)
     (tmp_path / "__pycache__").mkdir()
     (tmp_path / "__pycache__").chmod(0o777)
-    assert list(store._trusted_places()) == [tmp_path / "__pycache__"]
+    assert list(kernel_store._trusted_places()) == [tmp_path / "__pycache__"]
     tmp_path.chmod(0o755)
-    assert list(store._trusted_places()) == []
+    assert list(kernel_store._trusted_places()) == []
 
 
 @pytest.mark.parametrize("broken", [OSError(28, "No space left on device"), TypeError("cannot pickle"), MemoryError()])
@@ -178,7 +181,7 @@ def test_half_a_file_is_never_left(folder, monkeypatch):
         path.touch()
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(store, "_put", full)
+    monkeypatch.setattr(kernel_store, "_put", full)
     assert not doubling()
     assert list(folder.iterdir()) == []
 
@@ -205,21 +208,21 @@ def scaled(x):
 
 
 def test_the_functions_and_numbers_that_a_function_names_are_part_of_it(monkeypatch):
-    names = {store.Store(scaled)._source}
+    names = {kernel_store.Store(scaled)._source}
     monkeypatch.setitem(globals(), "FACTOR", 4.0)
-    names |= {store.Store(scaled)._source}
-    monkeypatch.setitem(globals(), "half", store._digest)
-    names |= {store.Store(scaled)._source}
+    names |= {kernel_store.Store(scaled)._source}
+    monkeypatch.setitem(globals(), "half", kernel_store._digest)
+    names |= {kernel_store.Store(scaled)._source}
     assert len(names) == 3
 
 
 def test_old_files_of_a_kernel_go(tmp_path):
     for number in range(12):
         path = tmp_path / f"a.b-{number}.kernel"
-        store._write(path, b"")
+        kernel_store._write(path, b"")
         os.utime(path, (number, number))
-    store._write(tmp_path / "a.c-0.kernel", b"")
-    store._prune(path)
+    kernel_store._write(tmp_path / "a.c-0.kernel", b"")
+    kernel_store._prune(path)
     assert {file.name for file in tmp_path.iterdir()} == {"a.c-0.kernel", *(f"a.b-{n}.kernel" for n in range(4, 12))}
 
 
@@ -228,9 +231,12 @@ def test_the_name_of_a_file_tells_types_processors_and_settings_apart(monkeypatc
         def __init__(self, *processor):
             self.magic_tuple = lambda: processor
 
-    kept = store.Store(double)
+    kept = kernel_store.Store(double)
     names = [kept._file((FLOAT,), Target("x86", "zen")), kept._file((FLOAT, FLOAT), Target("x86", "zen"))]
-    names += [kept._file((FLOAT,), Target("x86", "skylake")), store.Store(half)._file((FLOAT,), Target("x86", "zen"))]
+    names += [
+        kept._file((FLOAT,), Target("x86", "skylake")),
+        kernel_store.Store(half)._file((FLOAT,), Target("x86", "zen")),
+    ]
     monkeypatch.setattr(numba.config, "BOUNDSCHECK", 1)
     names += [kept._file((FLOAT,), Target("x86", "zen"))]
     assert len(set(names)) == 5
@@ -238,7 +244,7 @@ def test_the_name_of_a_file_tells_types_processors_and_settings_apart(monkeypatc
 
 def test_kernels_lie_in_the_folder_that_is_named_or_beside_the_sources_or_with_the_user(monkeypatch, tmp_path):
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
-    named, beside, user = store.places()
+    named, beside, user = kernel_store.places()
     assert named == tmp_path / "robust_ik"
     assert beside == Path(kernels.__file__).parent / "__pycache__"
     assert user.name == "robust_ik"
@@ -249,7 +255,7 @@ def test_without_a_home_nothing_is_written_where_the_program_happens_to_run(monk
     monkeypatch.setattr(os.path, "expanduser", lambda path: path)  # what it does for a user who has none
     monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
     monkeypatch.setattr(numba.config, "CACHE_DIR", "")
-    assert list(store.places()) == [Path(kernels.__file__).parent / "__pycache__"]
+    assert list(kernel_store.places()) == [Path(kernels.__file__).parent / "__pycache__"]
 
 
 # ---------------------------------------------------------------------------------------------------- processes
@@ -360,8 +366,8 @@ def test_every_kernel_of_every_module_is_found():
 def test_warmup_compiles_all_kernels_and_tells_how_far_it_is(folder, monkeypatch):
     few, told = [Kernel(double, (filled(1),)), Kernel(half, (FLOAT,))], []
     monkeypatch.setattr(compiling, "every_kernel", lambda: few)
-    monkeypatch.setattr(warming, "CLASSES", (rik.JParse, rik.SDLS))
-    monkeypatch.setattr(formulas, "_callbacks", {})
+    monkeypatch.setattr(kernel_warmup, "CLASSES", (rik.JParse, rik.SDLS))
+    monkeypatch.setattr(gain_callbacks, "_callbacks", {})
     assert rik.warmup(progress=lambda *step: told.append(step)) > 0
     assert told == [(0, 3), (1, 3), (2, 3), (3, 3)]
     assert len(list(folder.iterdir())) == 3  # of what SDLS does nothing is compiled
@@ -397,7 +403,7 @@ def test_it_is_known_of_every_kernel_what_it_is_for_and_how_long_it_takes():
 def test_the_command_warms_up_and_says_what_it_did(folder, monkeypatch, capsys):
     monkeypatch.setattr(announcing, "MISSED", [])
     monkeypatch.setattr(compiling, "every_kernel", lambda: [Kernel(double, (filled(1),))])
-    monkeypatch.setattr(warming, "CLASSES", ())
+    monkeypatch.setattr(kernel_warmup, "CLASSES", ())
     warmup_command()
     assert "compiled 1 function;" in capsys.readouterr().out
     announcing.MISSED.clear()
@@ -406,7 +412,7 @@ def test_the_command_warms_up_and_says_what_it_did(folder, monkeypatch, capsys):
 
 
 def test_after_the_warmup_of_a_robot_nothing_is_compiled_for_it(monkeypatch):
-    warming.warmup(PANDA)
+    kernel_warmup.warmup(PANDA)
     monkeypatch.setattr(compiling, "compiled", lambda *_: pytest.fail("compiled"))
     q = np.stack([PANDA.rest] * 20)
     J = PANDA.jacobian(q)
@@ -424,8 +430,8 @@ def test_after_the_warmup_of_a_robot_nothing_is_compiled_for_it(monkeypatch):
 
 @pytest.mark.parametrize("n, sizes", [(2, {8}), (8, {8}), (9, {8, 16}), (16, {8, 16}), (17, {8})])
 def test_only_kernels_of_other_sizes_are_left_out(n, sizes):
-    assert {most for most in (8, 16) if warming._serves(most, n)} == sizes
-    assert warming._serves(None, n)
+    assert {most for most in (8, 16) if kernel_warmup._serves(most, n)} == sizes
+    assert kernel_warmup._serves(None, n)
     assert {each.most for each in every_kernel()} == {None, 8, 16}
 
 
@@ -433,4 +439,4 @@ def test_what_names_more_than_numbers_and_functions_is_compiled_by_every_process
     for other in (np.ones(3), np.float32(2.0), rik, object()):
         monkeypatch.setitem(globals(), "FACTOR", other)
         with pytest.raises(OSError, match="FACTOR may be something else"):
-            store.Store(scaled)
+            kernel_store.Store(scaled)

@@ -9,7 +9,7 @@ import pytest
 
 import robust_ik as rik
 from robust_ik import inverses
-from robust_ik.cli import terminal_tables as report
+from robust_ik.cli import terminal_tables
 from robust_ik.simulation.scenarios import stretch
 
 ROOT = Path(__file__).parents[2]
@@ -43,7 +43,7 @@ def test_the_python_of_a_page_runs_as_printed(page, tmp_path, monkeypatch):
 
 
 def test_the_table_of_inverses_is_the_one_that_the_code_gives():
-    assert report.inverses_markdown(inverses.CLASSES) in README
+    assert terminal_tables.inverses_markdown(inverses.CLASSES) in README
 
 
 def test_every_public_inverse_is_in_the_table():

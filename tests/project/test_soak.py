@@ -7,7 +7,7 @@ import pytest
 
 import robust_ik as rik
 from robust_ik.control.bounds import Bounds
-from robust_ik.control.resolvers import priority_resolver as levels
+from robust_ik.control.resolvers import priority_resolver
 from tests import soak
 
 
@@ -20,12 +20,12 @@ def test_no_promise_is_broken_in_more_than_a_thousand_random_steps():
 
 def spoil(monkeypatch, change):
     """Every step of a strict resolver with its resolution changed."""
-    resolve = levels.PriorityResolver.resolve
+    resolve = priority_resolver.PriorityResolver.resolve
 
     def spoilt(self, problem):
         return change(problem, resolve(self, problem))
 
-    monkeypatch.setattr(levels.PriorityResolver, "resolve", spoilt)
+    monkeypatch.setattr(priority_resolver.PriorityResolver, "resolve", spoilt)
 
 
 def changed(resolution, **values):

@@ -12,7 +12,7 @@ from robust_ik.kinematics.svd import svd
 from robust_ik.singularities.atlas.atlas import SingularityAtlas
 from robust_ik.singularities.atlas.atlas_json import to_plain
 from robust_ik.singularities.atlas.atlas_record import NoSingularitiesError
-from robust_ik.singularities.atlas.evidence import Status, missing_mass
+from robust_ik.singularities.atlas.evidence import Completeness, missing_mass
 from robust_ik.singularities.atlas.search import find_singularities
 
 PA10 = {
@@ -80,7 +80,7 @@ def test_pa10_has_the_rows_of_the_paper_and_no_other(seed):
 
 def test_the_rows_of_pa10_are_certified():
     atlas = atlas_of("pa10")
-    assert [each.status for each in atlas.evidence] == [Status.CERTIFIED] * 4
+    assert [each.status for each in atlas.evidence] == [Completeness.CERTIFIED] * 4
     assert [each.leaves for each in atlas.evidence] == [14, 40, 32, 0]
 
 
@@ -189,7 +189,7 @@ def test_an_arm_with_fewer_joints_than_rows_is_explained_and_analysed_on_what_it
 def test_an_empty_answer_is_explained():
     atlas = find_singularities(rik.load("planar_2r"), 2, starts=200, certify=False)
     assert len(atlas) == 0
-    assert atlas.evidence[0].status is Status.NONE_FOUND
+    assert atlas.evidence[0].status is Completeness.NONE_FOUND
     assert "none found by 200 starts" in atlas.explanation
     assert "probability below 1.5 % (0 of 200)" in atlas.explanation
     with pytest.raises(NoSingularitiesError, match="corank 2"):
@@ -215,7 +215,7 @@ def test_sliding_joints_are_pinned_by_lengths_and_searched_within_limits():
 
 def test_the_estimate_is_worded_as_a_hold_out():
     atlas = find_singularities(rik.load("pa10"), starts=400, certify=False)
-    assert {each.status for each in atlas.evidence} == {Status.ESTIMATE, Status.NONE_FOUND}
+    assert {each.status for each in atlas.evidence} == {Completeness.ESTIMATE, Completeness.NONE_FOUND}
     assert atlas.certificate is None
     assert (
         "with 95 % confidence a further random start of this finder meets an unlisted stratum with probability below "

@@ -9,7 +9,7 @@ import pytest
 import robust_ik as rik
 from robust_ik.kinematics.svd import svd
 from robust_ik.singularities.atlas.atlas_json import to_plain
-from robust_ik.singularities.atlas.evidence import Status
+from robust_ik.singularities.atlas.evidence import Completeness
 from robust_ik.singularities.atlas.search import find_singularities
 from robust_ik.singularities.families.degenerate_leaves import folded_leaves
 from robust_ik.singularities.families.leaf import sound
@@ -242,6 +242,6 @@ def test_where_the_whole_jacobian_vanishes_is_a_singularity_too(name, row, piece
     robot = rik.load(name)
     atlas = find_singularities(robot, rows=[row], starts=100)
     assert sum(each.components for each in atlas) == pieces
-    assert atlas.evidence[0].status is Status.CERTIFIED
+    assert atlas.evidence[0].status is Completeness.CERTIFIED
     for each in atlas:
         assert np.abs(robot.jacobian(robot.configuration(each.samples), rows=[row])).max() < 1e-9

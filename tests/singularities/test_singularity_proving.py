@@ -14,10 +14,10 @@ from robust_ik.certificates import Certificate, Proof, Verdict, leaves
 from robust_ik.certificates.proof.leaf_points import members
 from robust_ik.description.urdf.urdf_reader import parse_urdf
 from robust_ik.kinematics.svd import svd
-from robust_ik.singularities.atlas import proof_evidence as proving
+from robust_ik.singularities.atlas import proof_evidence
 from robust_ik.singularities.atlas.atlas import SingularityAtlas
 from robust_ik.singularities.atlas.corank_search import judged
-from robust_ik.singularities.atlas.evidence import Status
+from robust_ik.singularities.atlas.evidence import Completeness
 from robust_ik.singularities.atlas.search_state import work_of
 
 CERTIFIED = ("pa10", "panda", "puma560", "ur5", "duleba_3r", "planar_3r", "xarm7", "talos_arm", "kinova")
@@ -35,7 +35,7 @@ def statuses(atlas):
 @pytest.mark.parametrize("name", CERTIFIED)
 def test_every_corank_is_certified_up_to_the_first_that_cannot_be(name):
     atlas = atlas_of(name)
-    assert {each.status for each in atlas.evidence} == {Status.CERTIFIED}
+    assert {each.status for each in atlas.evidence} == {Completeness.CERTIFIED}
     assert not atlas.of_corank(atlas.evidence[-1].corank)
     assert "certified: there are none" in atlas.explanation
     assert all(verdict.accepted for verdict in atlas.certificate.check().values())
@@ -55,16 +55,16 @@ def test_points_on_the_leaves_of_proofs_are_singular(name):
 
 def test_a_proof_that_only_says_again_that_it_is_singular_is_implicit():
     atlas = atlas_of("almarkhi_4dof")
-    assert [each.status for each in atlas.evidence] == [Status.IMPLICIT, Status.CERTIFIED]
+    assert [each.status for each in atlas.evidence] == [Completeness.IMPLICIT, Completeness.CERTIFIED]
     assert "implicit" in atlas.explanation
     assert "probability below" in atlas.explanation
 
 
 # ------------------------------------------------------------------------------------------------ when not to certify
 def test_what_the_checker_refuses_is_an_estimate(monkeypatch):
-    monkeypatch.setattr(proving, "check", lambda *given, **options: Verdict(False, "refused: for a test"))
+    monkeypatch.setattr(proof_evidence, "check", lambda *given, **options: Verdict(False, "refused: for a test"))
     atlas = rik.find_singularities(rik.load("duleba_3r"), starts=100)
-    assert {each.status for each in atlas.evidence} == {Status.ESTIMATE, Status.NONE_FOUND}
+    assert {each.status for each in atlas.evidence} == {Completeness.ESTIMATE, Completeness.NONE_FOUND}
     assert "a proof was not accepted: refused: for a test" in atlas.explanation
 
 
@@ -74,7 +74,7 @@ def test_a_list_that_lacks_any_one_family_is_not_certified(name):
     for missing in atlas.strata:
         work.leaves = [leaf for row in atlas if row is not missing for leaf in row.leaves]
         found = judged(work)[missing.corank - 1]
-        assert found.status is Status.ESTIMATE
+        assert found.status is Completeness.ESTIMATE
         assert "are not in the list" in found.words
 
 
@@ -82,7 +82,7 @@ def test_a_list_with_a_family_that_the_proof_does_not_have_is_not_certified():
     atlas = atlas_of("pa10")
     row = atlas.strata[0]
     moved = replace(row, samples=row.samples + 0.3)
-    assert statuses(replace(atlas, strata=(moved, *atlas.strata)))[0] is Status.ESTIMATE
+    assert statuses(replace(atlas, strata=(moved, *atlas.strata)))[0] is Completeness.ESTIMATE
 
 
 @pytest.mark.slow
@@ -92,10 +92,10 @@ def test_a_curve_does_not_stand_for_another_family_of_its_dimension():
     lacking = replace(atlas, strata=tuple(row for row in atlas if row.words != "q2 ∈ {0, π} and q4 = 0"))
     assert len(lacking) == len(atlas) - 1
     assert any(row.curve for row in lacking.of_corank(1))
-    assert statuses(lacking)[0] is Status.ESTIMATE
+    assert statuses(lacking)[0] is Completeness.ESTIMATE
     few = rik.find_singularities(rik.load("panda"), 1, starts=5, rng=3)
     assert len(few) == 5
-    assert few.evidence[0].status is Status.CERTIFIED
+    assert few.evidence[0].status is Completeness.CERTIFIED
 
 
 def test_what_a_proof_adds_takes_the_place_of_curves_that_few_points_left():
@@ -115,7 +115,7 @@ def test_what_a_proof_adds_takes_the_place_of_curves_that_few_points_left():
     )
     tree = parse_urdf(f'<robot name="stanford">{links}{joints}</robot>')
     atlas = rik.find_singularities(rik.Robot.from_description(tree, "l7"), starts=60)
-    assert {each.status for each in atlas.evidence} == {Status.CERTIFIED}
+    assert {each.status for each in atlas.evidence} == {Completeness.CERTIFIED}
     assert not any(row.curve for row in atlas)
     assert [len(atlas.of_corank(corank)) for corank in (1, 2, 3)] == [3, 3, 0]
 
@@ -132,10 +132,10 @@ def test_a_family_whose_conditions_say_less_than_its_samples_is_not_certified():
     wrist = next(row for row in atlas if row.words == "q5 ∈ {0, π}")
     everywhere = replace(wrist, conditions=(), free=tuple(range(6)))
     rest = tuple(row for row in atlas if row.corank > 1)
-    assert statuses(replace(atlas, strata=(everywhere, *rest)))[0] is Status.ESTIMATE
+    assert statuses(replace(atlas, strata=(everywhere, *rest)))[0] is Completeness.ESTIMATE
     more = replace(wrist.conditions[0], values=(0.0, 1.0, np.pi))
     added = tuple(replace(row, conditions=(more,)) if row is wrist else row for row in atlas)
-    assert statuses(replace(atlas, strata=added))[0] is Status.ESTIMATE
+    assert statuses(replace(atlas, strata=added))[0] is Completeness.ESTIMATE
 
 
 def test_a_relation_that_holds_elsewhere_too_is_not_certified():
@@ -143,13 +143,13 @@ def test_a_relation_that_holds_elsewhere_too_is_not_certified():
     elbow = atlas.strata[0]
     nothing = replace(elbow.relations[0], coefficients=0 * elbow.relations[0].coefficients)
     wider = replace(elbow, relations=(nothing,))
-    assert statuses(replace(atlas, strata=(wider, *atlas.strata[1:])))[0] is Status.ESTIMATE
+    assert statuses(replace(atlas, strata=(wider, *atlas.strata[1:])))[0] is Completeness.ESTIMATE
 
 
 def test_proofs_find_what_random_starts_miss():
     atlas = rik.find_singularities(rik.load("pa10"), starts=1)
     assert [sum(row.components for row in atlas.of_corank(k)) for k in (1, 2, 3)] == [14, 40, 32]
-    assert {each.status for each in atlas.evidence} == {Status.CERTIFIED}
+    assert {each.status for each in atlas.evidence} == {Completeness.CERTIFIED}
 
 
 def test_an_arm_that_no_exact_arm_stands_for_says_why():
@@ -164,7 +164,7 @@ def test_an_arm_that_no_exact_arm_stands_for_says_why():
     )
     tree = parse_urdf(f'<robot name="r">{links}{joints}</robot>')
     atlas = rik.find_singularities(rik.Robot.from_description(tree, "l4", rows=("x", "y", "z")), 1, starts=100)
-    assert atlas.evidence[0].status is Status.ESTIMATE
+    assert atlas.evidence[0].status is Completeness.ESTIMATE
     assert "no proof was tried: joint 'j2' follows 'j1': not supported" in atlas.explanation
 
 
@@ -177,10 +177,10 @@ def test_a_file_is_not_believed_but_checked_again(tmp_path):
     nodes[leaf]["kind"] = "contradiction"
     path.write_text(json.dumps(data))
     atlas = SingularityAtlas.load(path)
-    assert [each.status for each in atlas.evidence] == [Status.ESTIMATE, *[Status.CERTIFIED] * 3]
+    assert [each.status for each in atlas.evidence] == [Completeness.ESTIMATE, *[Completeness.CERTIFIED] * 3]
     data["certificate"] = None
     path.write_text(json.dumps(data))
-    assert Status.CERTIFIED not in {each.status for each in SingularityAtlas.load(path).evidence}
+    assert Completeness.CERTIFIED not in {each.status for each in SingularityAtlas.load(path).evidence}
 
 
 @cache
@@ -256,7 +256,10 @@ def test_words_come_from_the_conditions_and_not_from_the_file(tmp_path):
 @pytest.mark.slow
 def test_a_proof_of_another_arm_certifies_nothing():
     atlas, other = atlas_of("pa10"), atlas_of("panda")
-    assert set(statuses(replace(atlas, certificate=other.certificate))) == {Status.ESTIMATE, Status.NONE_FOUND}
+    assert set(statuses(replace(atlas, certificate=other.certificate))) == {
+        Completeness.ESTIMATE,
+        Completeness.NONE_FOUND,
+    }
 
 
 def test_certificates_come_back_from_their_file(tmp_path):
@@ -283,6 +286,6 @@ def test_the_same_arm_gives_the_same_proofs():
 def test_without_computer_algebra_the_atlas_is_an_estimate(monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     atlas = rik.find_singularities(rik.load("duleba_3r"), 1, starts=100)
-    assert atlas.evidence[0].status is Status.ESTIMATE
+    assert atlas.evidence[0].status is Completeness.ESTIMATE
     assert "python-flint is not installed" in atlas.explanation
     assert isinstance(next(iter(atlas.certificate)), Proof)

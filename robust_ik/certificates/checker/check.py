@@ -25,8 +25,8 @@ from robust_ik.certificates.checker.expected_children import (
 from robust_ik.certificates.checker.leaf_checks import check_inside, check_leaf
 from robust_ik.certificates.checker.modular_arithmetic import UnluckyError, random_prime
 from robust_ik.certificates.checker.modular_kinematics import ROW_NAMES, is_rigid
-from robust_ik.certificates.checker.random_points import Place, source_value
-from robust_ik.certificates.proof.case_tree import RATIONAL, Factor, Node, State
+from robust_ik.certificates.checker.random_points import RandomPoint, source_value
+from robust_ik.certificates.proof.case_tree import RATIONAL, FormFactor, Node, State
 from robust_ik.certificates.proof.counted_steps import MOST, TooManyStepsError, at_most
 from robust_ik.certificates.proof.proof import Arm, Proof, from_json
 from robust_ik.certificates.proof.untrusted_json import CertificateError
@@ -191,7 +191,7 @@ class _Round:
                 require(len(factor.form.joints) == 1, "roots of what is not of one joint")
                 self._branches(node, factor)
 
-    def _branches(self, node: Node, factor: Factor) -> None:
+    def _branches(self, node: Node, factor: FormFactor) -> None:
         for branch in factor.branches:
             check_branch(node.state, factor, branch)
             if branch.child >= 0:
@@ -206,7 +206,7 @@ class _Round:
         """Source · Π (x² + y²)^(d/2) = constant · Π factor^power at a random point, the constant not zero."""
         require(node.source is not None and any(Fraction(a) for a in node.constant), "nothing that vanishes is given")
         assert node.source is not None
-        place = Place.random(self.proof, node.state, self.rng, prime)
+        place = RandomPoint.random(self.proof, node.state, self.rng, prime)
         ring, p = place.ring, prime
         value = source_value(place, self.proof, node)
         constant = ring.number(node.constant)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 
-from robust_ik.certificates.proof.case_tree import Branch, Coefficients, Factor, Form, Pin, State
+from robust_ik.certificates.proof.case_tree import Coefficients, ExactPin, FieldBranch, Form, FormFactor, State
 from robust_ik.certificates.proof.counted_steps import spend
 from robust_ik.certificates.proof.field_elements import reduced
 from robust_ik.certificates.proof.real_roots import has_real_root
@@ -32,31 +32,31 @@ def univariate(form: Form) -> list[Fraction]:
     return values
 
 
-def pin_child(state: State, factor: Factor) -> State:
+def pin_child(state: State, factor: FormFactor) -> State:
     """The parent with the joint at the one root of the factor."""
     require(factor.form.degrees == (1,), "a pin is not of degree one")
     low, high = univariate(factor.form)
     require(low or high, "a pin at a factor that is zero")
     x, y = (("0",), ("1",)) if not high else (("1",), (str(-low / high),))
-    return _with_pin(state, Pin(factor.form.joints[0], x, y))
+    return _with_pin(state, ExactPin(factor.form.joints[0], x, y))
 
 
-def relation_child(state: State, factor: Factor) -> State:
+def relation_child(state: State, factor: FormFactor) -> State:
     """The parent with the factor among its generators."""
     return replace(state, generators=(*state.generators, factor.form))
 
 
-def branch_child(state: State, joint: int, branch: Branch) -> State:
+def branch_child(state: State, joint: int, branch: FieldBranch) -> State:
     """The parent in the field of a branch, with the joint at its root."""
-    pins = tuple(Pin(p.joint, moved(p.x, branch), moved(p.y, branch)) for p in state.pins)
+    pins = tuple(ExactPin(p.joint, moved(p.x, branch), moved(p.y, branch)) for p in state.pins)
     generators = tuple(
         replace(form, terms=tuple((powers, moved(value, branch)) for powers, value in form.terms))
         for form in state.generators
     )
-    return _with_pin(State(pins, generators, branch.field), Pin(joint, ("1",), branch.new))
+    return _with_pin(State(pins, generators, branch.field), ExactPin(joint, ("1",), branch.new))
 
 
-def check_branch(state: State, factor: Factor, branch: Branch) -> None:
+def check_branch(state: State, factor: FormFactor, branch: FieldBranch) -> None:
     """Whether a branch is in both fields: θ and t are roots, ζ = θ + λ t, and no child means no real place."""
     modulus = [Fraction(value) for value in branch.field]
     require(len(modulus) >= 2 and modulus[-1] == 1, "a field is not given by a monic polynomial")
@@ -71,13 +71,13 @@ def check_branch(state: State, factor: Factor, branch: Branch) -> None:
     require(branch.child >= 0 or not has_real_root(branch.field), "a branch with a real place was dropped")
 
 
-def check_unreal(factor: Factor) -> None:
+def check_unreal(factor: FormFactor) -> None:
     """Whether a factor has no real root, t = ∞ included."""
     values = univariate(factor.form)
     require(values[-1] and not has_real_root(values), "a factor with a real root was dropped")
 
 
-def moved(value: Coefficients, branch: Branch) -> Coefficients:
+def moved(value: Coefficients, branch: FieldBranch) -> Coefficients:
     """An element of the parent's field in the branch's field."""
     return value if len(value) == 1 else image(value, branch.old, branch.field)
 
@@ -90,7 +90,7 @@ def image(value: Coefficients, theta: Coefficients, field: Coefficients) -> Coef
     return tuple(str(a) for a in result) or ("0",)
 
 
-def _with_pin(state: State, pin: Pin) -> State:
+def _with_pin(state: State, pin: ExactPin) -> State:
     require(pin.joint not in state.pinned, "a joint is pinned twice")
     return replace(state, pins=tuple(sorted((*state.pins, pin), key=lambda each: each.joint)))
 

@@ -9,9 +9,9 @@ from typing import Any
 
 from robust_ik.certificates.checker.expected_children import RefusedError, image, require
 from robust_ik.certificates.checker.modular_arithmetic import UnluckyError, random_prime, random_root, rank
-from robust_ik.certificates.checker.modular_kinematics import Point, Replay, collect, evaluate, random_point
+from robust_ik.certificates.checker.modular_kinematics import ModularReplay, Point, collect, evaluate, random_point
 from robust_ik.certificates.checker.modular_rings import Ring
-from robust_ik.certificates.checker.random_points import Place
+from robust_ik.certificates.checker.random_points import RandomPoint
 from robust_ik.certificates.proof.case_tree import RATIONAL, Form, Node
 from robust_ik.certificates.proof.counted_steps import spend
 from robust_ik.certificates.proof.proof import Arm, Proof
@@ -31,7 +31,7 @@ def check_leaf(proof: Proof, node: Node, rng: random.Random) -> None:
             point = _point(proof, node, rng, prime)
             if point is None:
                 continue
-            matrix = Replay(proof.arm, proof.link, Ring(prime, RATIONAL)).jacobian(point)
+            matrix = ModularReplay(proof.arm, proof.link, Ring(prime, RATIONAL)).jacobian(point)
         except UnluckyError:
             continue
         require(rank(matrix, prime) <= bound, "a leaf that is not singular throughout")
@@ -91,18 +91,18 @@ def check_inside(proof: Proof, node: Node, leaf: Node, rng: random.Random, prime
         require((mine.x, mine.y) == moved, "a case lies outside the leaf: a joint is pinned elsewhere")
     root = image(leaf.state.field, node.image, node.state.field)
     require(not any(Fraction(value) for value in root), "θ of the leaf is no root of its polynomial")
-    place = Place.random(proof, node.state, rng, prime)
+    place = RandomPoint.random(proof, node.state, rng, prime)
     for index, _ in leaf.relations:
         form = leaf.state.generators[index]
         terms = tuple((powers, image(value, node.image, node.state.field)) for powers, value in form.terms)
         _check_follows(proof.arm, node, replace(form, terms=terms), place)
 
 
-def _check_follows(arm: Arm | None, node: Node, form: Form, place: Place) -> None:
+def _check_follows(arm: Arm | None, node: Node, form: Form, place: RandomPoint) -> None:
     assert arm is not None
     if place.value(form) % place.ring.prime == 0:
         return
-    other = Place(place.ring, {j: _direction(arm, place, j) for j in place.point}, place.rng)
+    other = RandomPoint(place.ring, {j: _direction(arm, place, j) for j in place.point}, place.rng)
     line = _on_line(form, place, other, node)
     for generator in node.state.generators:
         divisor = _on_line(generator, place, other, node)
@@ -123,13 +123,13 @@ def _divides(divisor: list[Any], value: list[Any], ring: Ring) -> bool:
     return all(a == 0 for a in rest)
 
 
-def _direction(arm: Arm, place: Place, joint: int) -> tuple[int, int]:
+def _direction(arm: Arm, place: RandomPoint, joint: int) -> tuple[int, int]:
     """Of a random line; along it a sliding joint stays at (1 : d)."""
     p, rng = place.ring.prime, place.rng
     return 0 if joint in arm.sliding else rng.randrange(p), rng.randrange(p)
 
 
-def _on_line(form: Form, place: Place, other: Place, node: Node) -> list[Any]:
+def _on_line(form: Form, place: RandomPoint, other: RandomPoint, node: Node) -> list[Any]:
     """A form along a line, the pins at rest, by interpolation: coefficients, lowest first, none if it is zero."""
     p, free = place.ring.prime, [j for j in form.joints if j not in node.state.pinned]
     degree = sum(d for j, d in zip(form.joints, form.degrees, strict=True) if j in free)

@@ -33,7 +33,7 @@ def is_rigid(arm: Arm) -> bool:
 
 
 @dataclass(frozen=True, eq=False)
-class Replay:
+class ModularReplay:
     """An arm in one ring.
 
     Attributes:

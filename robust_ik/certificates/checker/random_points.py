@@ -15,14 +15,14 @@ from robust_ik.certificates.checker.modular_arithmetic import (
     product,
     trimmed,
 )
-from robust_ik.certificates.checker.modular_kinematics import Point, Replay, collect, evaluate, random_point
+from robust_ik.certificates.checker.modular_kinematics import ModularReplay, Point, collect, evaluate, random_point
 from robust_ik.certificates.checker.modular_rings import Element, Ring
-from robust_ik.certificates.proof.case_tree import Factor, Form, Node, Source, State
+from robust_ik.certificates.proof.case_tree import Form, FormFactor, Node, Source, State
 from robust_ik.certificates.proof.proof import Proof
 
 
 @dataclass(frozen=True, eq=False)
-class Place:
+class RandomPoint:
     """A point of a state, in a ring.
 
     Attributes:
@@ -36,7 +36,7 @@ class Place:
     rng: random.Random
 
     @classmethod
-    def random(cls, proof: Proof, state: State, rng: random.Random, prime: int) -> Place:
+    def random(cls, proof: Proof, state: State, rng: random.Random, prime: int) -> RandomPoint:
         """A random point at which the pins hold; the generators do not."""
         assert proof.arm is not None
         ring = Ring(prime, state.field)
@@ -60,7 +60,7 @@ class Place:
         """Whether some coefficient is not rational."""
         return any(len(coefficient) > 1 for _, coefficient in form.terms)
 
-    def check_components(self, factor: Factor) -> None:
+    def check_components(self, factor: FormFactor) -> None:
         """Whether the branches' polynomials have all the roots θ + λ t, each once, and no other."""
         ring, p = self.ring, self.ring.prime
         minimal = univariate(factor.form)
@@ -86,7 +86,7 @@ def _whole(value: Any) -> int:
     return int(value.values[0]) if isinstance(value, Element) else int(value)
 
 
-def source_value(place: Place, proof: Proof, node: Node) -> Any:
+def source_value(place: RandomPoint, proof: Proof, node: Node) -> Any:
     """The value of what vanishes, made homogeneous by the degrees that the node states."""
     source, state = node.source, node.state
     assert source is not None
@@ -103,7 +103,7 @@ def source_value(place: Place, proof: Proof, node: Node) -> Any:
     return _resultant(first, second, place.ring.prime)
 
 
-def _minor(place: Place, proof: Proof, node: Node, source: Source) -> Any:
+def _minor(place: RandomPoint, proof: Proof, node: Node, source: Source) -> Any:
     """A minor of the Jacobian, its rows combined by constants, times Π (x² + y²)^(d/2)."""
     assert proof.arm is not None
     arm, ring, p = proof.arm, place.ring, place.ring.prime
@@ -111,7 +111,7 @@ def _minor(place: Place, proof: Proof, node: Node, source: Source) -> Any:
     require(len(source.columns) == len(set(source.columns)) == len(source.rows) == size, "a minor of another size")
     require(all(column < len(arm.joints) for column in source.columns), "a minor of no joint")
     require(all(len(row) == len(arm.rows) for row in source.rows), "weights of no row")
-    matrix = Replay(arm, proof.link, ring).jacobian(place.point)
+    matrix = ModularReplay(arm, proof.link, ring).jacobian(place.point)
     weights = [[ring.number(weight) for weight in row] for row in source.rows]
     chosen = [
         [sum((w * matrix[i][column] for i, w in enumerate(row)), start=0) % p for column in source.columns]

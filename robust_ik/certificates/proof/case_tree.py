@@ -33,7 +33,7 @@ class Form:
 
 
 @dataclass(frozen=True)
-class Pin:
+class ExactPin:
     """A joint that stands still at (x : y).
 
     Attributes:
@@ -57,12 +57,12 @@ class State:
         field: Coefficients of the polynomial that θ is a root of; (0, 1) for ℚ.
     """
 
-    pins: tuple[Pin, ...] = ()
+    pins: tuple[ExactPin, ...] = ()
     generators: tuple[Form, ...] = ()
     field: Coefficients = RATIONAL
 
     @property
-    def pinned(self) -> dict[int, Pin]:
+    def pinned(self) -> dict[int, ExactPin]:
         """Pins by joint."""
         return {pin.joint: pin for pin in self.pins}
 
@@ -89,7 +89,7 @@ class Source:
 
 
 @dataclass(frozen=True)
-class Branch:
+class FieldBranch:
     """One way to be at a root of a factor in one joint, over a number field.
 
     Attributes:
@@ -106,7 +106,7 @@ class Branch:
 
 
 @dataclass(frozen=True)
-class Factor:
+class FormFactor:
     """A factor of what vanishes, and where it leads.
 
     Attributes:
@@ -124,7 +124,7 @@ class Factor:
     power: int
     child: int = -1
     multiple: int = 1
-    branches: tuple[Branch, ...] = ()
+    branches: tuple[FieldBranch, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -153,7 +153,7 @@ class Node:
     norm: bool = False
     constant: Coefficients = ("1",)
     degrees: tuple[tuple[int, int], ...] = ()
-    factors: tuple[Factor, ...] = ()
+    factors: tuple[FormFactor, ...] = ()
     relations: tuple[tuple[int, int], ...] = ()
     leaf: int = -1
     image: Coefficients = ("0",)

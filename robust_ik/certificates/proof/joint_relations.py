@@ -21,7 +21,7 @@ SHORT = 12
 
 
 @dataclass(frozen=True, eq=False)
-class Relation:
+class JointRelation:
     """Σ coefficient Π cos(q/2)^(degree − power) sin(q/2)^power = 0; d^power for a sliding joint at length d.
 
     Attributes:
@@ -120,7 +120,7 @@ class Relation:
         return ""
 
 
-def relation(form: Form, state: State, theta: float, arm: Arm) -> Relation:
+def relation(form: Form, state: State, theta: float, arm: Arm) -> JointRelation:
     """A generator of a state with its pins put in, at one real place of the field.
 
     Args:
@@ -141,7 +141,7 @@ def relation(form: Form, state: State, theta: float, arm: Arm) -> Relation:
     joints, degrees = tuple(form.joints[i] for i in free), tuple(form.degrees[i] for i in free)
     scaled = tuple(value / largest for value in values)
     names, sliding = tuple(arm.joints[j] for j in joints), tuple(j in arm.sliding for j in joints)
-    return Relation(joints, names, degrees, tuple(keys), scaled, exact, sliding)
+    return JointRelation(joints, names, degrees, tuple(keys), scaled, exact, sliding)
 
 
 def _restricted(form: Form, state: State) -> dict[tuple[int, ...], list[Fraction]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from robust_ik.certificates.proof.proof_leaves import Place
+from robust_ik.certificates.proof.proof_leaves import LeafPlace
 from robust_ik.checks import Array
 
 STEPS, DIFFERENCE = 30, 1e-6
@@ -13,7 +13,7 @@ SOLVED = 1e-12
 STARTS_PER_POINT = 2
 
 
-def members(place: Place, rng: np.random.Generator, count: int) -> Array:
+def members(place: LeafPlace, rng: np.random.Generator, count: int) -> Array:
     """Random real points of a place, (≤ count, n) rad or m: free joints anywhere, related ones by Newton's method.
 
     None where there are none, or where none was found: a relation need not have real roots.
@@ -41,12 +41,12 @@ def members(place: Place, rng: np.random.Generator, count: int) -> Array:
     return np.asarray(values[np.abs(_sides(place, values)).max(axis=1) < SOLVED][:count])
 
 
-def _sides(place: Place, values: Array) -> Array:
+def _sides(place: LeafPlace, values: Array) -> Array:
     """The left sides of all relations, (N, relations)."""
     return np.stack([each.value(values) for each in place.relations], axis=-1)
 
 
-def _newton_step(place: Place, values: Array, moved: list[int]) -> Array:
+def _newton_step(place: LeafPlace, values: Array, moved: list[int]) -> Array:
     """The least change of the joints `moved` that takes the relations to zero, to first order, (N, moved)."""
     slopes = []
     for joint in moved:

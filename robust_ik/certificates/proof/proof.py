@@ -7,7 +7,16 @@ from dataclasses import dataclass, field, fields
 from functools import cache, cached_property
 from typing import Any
 
-from robust_ik.certificates.proof.case_tree import Branch, Coefficients, Factor, Form, Node, Pin, Source, State
+from robust_ik.certificates.proof.case_tree import (
+    Coefficients,
+    ExactPin,
+    FieldBranch,
+    Form,
+    FormFactor,
+    Node,
+    Source,
+    State,
+)
 from robust_ik.certificates.proof.untrusted_json import (
     CertificateError,
     a_fraction,
@@ -210,10 +219,10 @@ def _state(data: Any) -> State:
     return State(pins, generators, coefficients(data.get("field", ["0", "1"])))
 
 
-def _pin(data: Any) -> Pin:
+def _pin(data: Any) -> ExactPin:
     data = an_object(data, "a pin", {"joint", "x", "y"})
     joint = an_integer(data.get("joint"), "joint", 0, MAX_JOINTS - 1)
-    return Pin(joint, coefficients(data.get("x")), coefficients(data.get("y")))
+    return ExactPin(joint, coefficients(data.get("x")), coefficients(data.get("y")))
 
 
 def _form(data: Any) -> Form:
@@ -250,12 +259,12 @@ def _source(data: Any) -> Source:
     return Source(kind, rows, columns, first, second, joint)
 
 
-def _factor(data: Any) -> Factor:
-    data = an_object(data, "a factor", {each.name for each in fields(Factor)})
+def _factor(data: Any) -> FormFactor:
+    data = an_object(data, "a factor", {each.name for each in fields(FormFactor)})
     kind = data.get("kind")
     if kind not in ("pin", "relation", "roots", "unreal"):
         raise CertificateError(f"a factor cannot be {str(kind)[:40]!r}")
-    return Factor(
+    return FormFactor(
         kind,
         _form(data.get("form")),
         an_integer(data.get("power"), "power", 1, MAX_DEGREE),
@@ -265,7 +274,7 @@ def _factor(data: Any) -> Factor:
     )
 
 
-def _branch(data: Any) -> Branch:
+def _branch(data: Any) -> FieldBranch:
     data = an_object(data, "a branch", {"field", "old", "new", "child"})
     field, old, new = (coefficients(data.get(key)) for key in ("field", "old", "new"))
-    return Branch(field, old, new, an_integer(data.get("child"), "child", -1, MAX_NODES))
+    return FieldBranch(field, old, new, an_integer(data.get("child"), "child", -1, MAX_NODES))

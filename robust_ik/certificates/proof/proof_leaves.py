@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robust_ik.certificates.proof.case_tree import RATIONAL, Coefficients, Node, Pin
-from robust_ik.certificates.proof.joint_relations import Relation, relation, shown, shown_length
+from robust_ik.certificates.proof.case_tree import RATIONAL, Coefficients, ExactPin, Node
+from robust_ik.certificates.proof.joint_relations import JointRelation, relation, shown, shown_length
 from robust_ik.certificates.proof.proof import Arm, Proof
 from robust_ik.certificates.proof.real_roots import real_roots
 from robust_ik.checks import Array
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Place:
+class LeafPlace:
     """A leaf at one real place of its field: a set of singular configurations.
 
     Attributes:
@@ -36,7 +36,7 @@ class Place:
 
     names: tuple[str, ...]
     angles: dict[int, float]
-    relations: tuple[Relation, ...]
+    relations: tuple[JointRelation, ...]
     dimension: int | None
     lengths: dict[int, float] = field(default_factory=dict)
 
@@ -60,7 +60,7 @@ class Place:
 
 
 @dataclass(frozen=True, eq=False)
-class Leaf:
+class ProofLeaf:
     """A leaf of a proof.
 
     Attributes:
@@ -79,7 +79,7 @@ class Leaf:
         return self.arm.joints
 
     @cached_property
-    def places(self) -> tuple[Place, ...]:
+    def places(self) -> tuple[LeafPlace, ...]:
         """The leaf at each real root of its field's polynomial; one place if all pins are rational."""
         roots = [Fraction(0)] if self.node.state.field == RATIONAL else real_roots(self.node.state.field)
         return tuple(self._place(float(theta)) for theta in roots)
@@ -104,7 +104,7 @@ class Leaf:
     def __str__(self) -> str:
         return " or ".join(map(str, self.places))
 
-    def _place(self, theta: float) -> Place:
+    def _place(self, theta: float) -> LeafPlace:
         state = self.node.state
         sliding = self.arm.sliding
         angles = {pin.joint: _angle(pin, theta) for pin in state.pins if pin.joint not in sliding}
@@ -114,15 +114,15 @@ class Leaf:
             indices = list(range(len(state.generators)))
         found = (relation(state.generators[index], state, theta, self.arm) for index in indices)
         dimension = None if self.node.kind == "implicit" else len(self.names) - len(state.pins) - len(indices)
-        return Place(self.names, angles, tuple(found), dimension, lengths)
+        return LeafPlace(self.names, angles, tuple(found), dimension, lengths)
 
 
 @checked
-def leaves(proof: Proof) -> tuple[Leaf, ...]:
+def leaves(proof: Proof) -> tuple[ProofLeaf, ...]:
     """The leaves of a proof, as many as it has; none without an arm."""
     if proof.arm is None:
         return ()
-    return tuple(Leaf(proof.arm, node, proof.is_implicit(node)) for node in proof.leaves)
+    return tuple(ProofLeaf(proof.arm, node, proof.is_implicit(node)) for node in proof.leaves)
 
 
 @checked
@@ -139,7 +139,7 @@ def word(proof: Proof, verdict: Verdict | None = None) -> str:
     return "certified" if verdict.accepted else "refused"
 
 
-def _angle(pin: Pin, theta: float) -> float:
+def _angle(pin: ExactPin, theta: float) -> float:
     angle = 2 * math.atan2(_value(pin.y, theta), _value(pin.x, theta))
     return angle - 2 * math.pi if angle > math.pi else angle
 

@@ -8,14 +8,14 @@ from typing import Any
 
 from flint import fmpq_poly
 
-from robust_ik.certificates.proof.case_tree import Branch, Coefficients, Factor, Form, Pin, State
+from robust_ik.certificates.proof.case_tree import Coefficients, ExactPin, FieldBranch, Form, FormFactor, State
 from robust_ik.certificates.proof.real_roots import has_real_root
 from robust_ik.certificates.prover.factoring import Factored
 from robust_ik.certificates.prover.half_angle_forms import HalfAngles, Homogeneous
 from robust_ik.certificates.prover.number_fields import Component, Field, adjoin, coefficients, poly
 
 
-def factors(state: State, half: HalfAngles, found: Factored, node: Callable[[State], int]) -> tuple[Factor, ...]:
+def factors(state: State, half: HalfAngles, found: Factored, node: Callable[[State], int]) -> tuple[FormFactor, ...]:
     """The factors with their children.
 
     Args:
@@ -27,19 +27,21 @@ def factors(state: State, half: HalfAngles, found: Factored, node: Callable[[Sta
     return tuple(_factor(state, half, factor, int(power), node) for factor, power in found.factors)
 
 
-def _factor(state: State, half: HalfAngles, factor: Homogeneous, power: int, node: Callable[[State], int]) -> Factor:
+def _factor(
+    state: State, half: HalfAngles, factor: Homogeneous, power: int, node: Callable[[State], int]
+) -> FormFactor:
     form = half.form(factor)
     if len(form.joints) > 1:
         child = replace(state, generators=(*state.generators, form))
-        return Factor("relation", form, power, node(child))
+        return FormFactor("relation", form, power, node(child))
     joint, minimal = form.joints[0], _univariate(form)
     if form.degrees == (1,):
-        return Factor("pin", form, power, node(_pinned(state, joint, *_root(minimal))))
+        return FormFactor("pin", form, power, node(_pinned(state, joint, *_root(minimal))))
     if not has_real_root(coefficients(minimal)):
-        return Factor("unreal", form, power)
+        return FormFactor("unreal", form, power)
     multiple, components = adjoin(half.field, minimal, half.effort)
     branches = tuple(_branch(state, joint, component, node) for component in components)
-    return Factor("roots", form, power, multiple=multiple, branches=branches)
+    return FormFactor("roots", form, power, multiple=multiple, branches=branches)
 
 
 def _univariate(form: Form) -> Any:
@@ -55,20 +57,20 @@ def _root(linear: Any) -> tuple[Coefficients, Coefficients]:
 
 
 def _pinned(state: State, joint: int, x: Coefficients, y: Coefficients) -> State:
-    pins = sorted((*state.pins, Pin(joint, x, y)), key=lambda pin: pin.joint)
+    pins = sorted((*state.pins, ExactPin(joint, x, y)), key=lambda pin: pin.joint)
     return replace(state, pins=tuple(pins))
 
 
-def _branch(state: State, joint: int, component: Component, node: Callable[[State], int]) -> Branch:
+def _branch(state: State, joint: int, component: Component, node: Callable[[State], int]) -> FieldBranch:
     field, old, new = component.field.modulus, coefficients(component.old), coefficients(component.new)
     if not component.real:
-        return Branch(field, old, new, -1)
-    pins = tuple(Pin(p.joint, moved(p.x, component), moved(p.y, component)) for p in state.pins)
+        return FieldBranch(field, old, new, -1)
+    pins = tuple(ExactPin(p.joint, moved(p.x, component), moved(p.y, component)) for p in state.pins)
     generators = tuple(
         replace(form, terms=tuple((powers, moved(value, component)) for powers, value in form.terms))
         for form in state.generators
     )
-    return Branch(field, old, new, node(_pinned(State(pins, generators, field), joint, ("1",), new)))
+    return FieldBranch(field, old, new, node(_pinned(State(pins, generators, field), joint, ("1",), new)))
 
 
 def moved(value: Coefficients, component: Component) -> Coefficients:

@@ -28,7 +28,7 @@ class Minor:
 
 
 @dataclass(frozen=True)
-class Reduced:
+class ReducedMatrix:
     """A matrix with its constant columns eliminated: rank = number of pivots + rank of the rest.
 
     Attributes:
@@ -95,7 +95,7 @@ class Reduced:
         return cache[key]
 
 
-def reduced(trig: Trig, matrix: list[list[Any]]) -> Reduced:
+def reduced(trig: Trig, matrix: list[list[Any]]) -> ReducedMatrix:
     """Eliminates constant columns as long as there are any; every row operation is constant."""
     rows = [list(row) for row in matrix]
     one, zero = trig.field.polynomial**0, trig.field.polynomial * 0
@@ -113,7 +113,7 @@ def reduced(trig: Trig, matrix: list[list[Any]]) -> Reduced:
                 rows[i] = [trig.reduce(a - scale * b) for a, b in zip(other, row)]
                 weights[i] = [trig.field.reduce(a - ratio * b) for a, b in zip(weights[i], weight)]
         pivots.append((column, weight, pivot))
-    return Reduced(trig, tuple(pivots), rows, weights)
+    return ReducedMatrix(trig, tuple(pivots), rows, weights)
 
 
 def _pivot(rows: list[list[Any]], used: set[int]) -> tuple[int, int] | None:

@@ -14,7 +14,7 @@ from robust_ik.checks import Array, readonly
 from robust_ik.inverses import EDLS, DampedLeastSquares, RobustInverse, SingularValueFilter, Weighted
 from robust_ik.inverses.gain_formula import GainFormula
 from robust_ik.inverses.task_equation import TaskEquation
-from robust_ik.kernels.step import step_layout as p
+from robust_ik.kernels.step import step_layout as slots
 from robust_ik.kernels.step.step_layout import DONE, TOO_LARGE, UNLIKE
 from robust_ik.kinematics.chain import Chain, number_of
 from robust_ik.kinematics.svd import null_projector
@@ -124,24 +124,24 @@ def _written(
     address: int,
 ) -> Array:
     """What the kernel reads; see `kernels.program`."""
-    head = np.zeros(p.HEAD)
-    head[p.ROWS] = len(rows)
-    head[p.ROW : p.ROW + len(rows)] = [ROWS.index(row) for row in rows]
-    head[p.METHOD], head[p.ADDRESS], head[p.REFERENCE] = p.FORMULA, address, number_of(reference)
+    head = np.zeros(slots.HEAD)
+    head[slots.ROWS] = len(rows)
+    head[slots.ROW : slots.ROW + len(rows)] = [ROWS.index(row) for row in rows]
+    head[slots.METHOD], head[slots.ADDRESS], head[slots.REFERENCE] = slots.FORMULA, address, number_of(reference)
     if type(inverse) is DampedLeastSquares:
-        head[p.METHOD], head[p.DAMPING] = p.DAMPED, inverse.squared_damping
+        head[slots.METHOD], head[slots.DAMPING] = slots.DAMPED, inverse.squared_damping
     parts: list[Array] = [head]
 
     def add(place: int, part: Array) -> None:
         head[place] = sum(map(len, parts))
         parts.append(part)
 
-    add(p.PARAMETERS, np.array(inverse.parameters if isinstance(inverse, GainFormula) else (), dtype=float))
+    add(slots.PARAMETERS, np.array(inverse.parameters if isinstance(inverse, GainFormula) else (), dtype=float))
     if task is not None:
-        add(p.TASK, task.ravel())
+        add(slots.TASK, task.ravel())
     if joints is not None:
-        add(p.JOINTS, np.concatenate([joints.ravel(), np.linalg.inv(joints).ravel()]))
-    add(p.CHAIN, chain.packed)
+        add(slots.JOINTS, np.concatenate([joints.ravel(), np.linalg.inv(joints).ravel()]))
+    add(slots.CHAIN, chain.packed)
     return readonly(np.concatenate(parts))
 
 

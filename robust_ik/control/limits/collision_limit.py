@@ -16,7 +16,7 @@ from robust_ik.control.bounds import Bounds
 from robust_ik.control.limits.base import Limit
 from robust_ik.control.limits.collision_geometry import Contact
 from robust_ik.control.limits.collision_pairs import IgnoredPair, possible_scene, told_scene
-from robust_ik.control.limits.collision_scene import Pair, Scene
+from robust_ik.control.limits.collision_scene import CollisionScene, Pair
 from robust_ik.control.limits.obstacles import Obstacle
 from robust_ik.control.limits.srdf import find_srdf, read_srdf
 from robust_ik.errors import InputError
@@ -94,7 +94,7 @@ class CollisionLimit(Limit):
     gain: float
     recovery_speed: float
     joint_names: tuple[str, ...]
-    _scene: Scene
+    _scene: CollisionScene
     _reach: Array
 
     @classmethod

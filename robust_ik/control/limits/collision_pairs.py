@@ -10,7 +10,7 @@ import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.control.limits.collision_bodies import Bodies, link_solids
-from robust_ik.control.limits.collision_scene import Pair, Scene
+from robust_ik.control.limits.collision_scene import CollisionScene, Pair
 from robust_ik.control.limits.obstacles import Obstacle
 from robust_ik.control.limits.srdf import Srdf
 from robust_ik.errors import InputError, UrdfError, suggest
@@ -35,7 +35,7 @@ class IgnoredPair:
 
 def possible_scene(
     robot: Robot, obstacles: Sequence[Obstacle], srdf: Srdf | None, least: float
-) -> tuple[Scene, list[Pair], list[IgnoredPair]]:
+) -> tuple[CollisionScene, list[Pair], list[IgnoredPair]]:
     """All pairs that could meet, and those that are left out, for `least` see `_close_pairs`.
 
     Raises:
@@ -48,10 +48,12 @@ def possible_scene(
     ignored += sorted(_close_pairs(robot, scene, least), key=lambda each: pairs.index(each.names))
     without = {each.names for each in ignored}
     pairs = [pair for pair in pairs if pair not in without]
-    return Scene.of(bodies, scene.of_links, obstacles, pairs), pairs, ignored
+    return CollisionScene.of(bodies, scene.of_links, obstacles, pairs), pairs, ignored
 
 
-def told_scene(robot: Robot, obstacles: Sequence[Obstacle], pairs: Iterable[Sequence[str]]) -> tuple[Scene, list[Pair]]:
+def told_scene(
+    robot: Robot, obstacles: Sequence[Obstacle], pairs: Iterable[Sequence[str]]
+) -> tuple[CollisionScene, list[Pair]]:
     """The pairs that a user names, checked.
 
     Raises:
@@ -64,9 +66,9 @@ def told_scene(robot: Robot, obstacles: Sequence[Obstacle], pairs: Iterable[Sequ
     return _scene(robot, bodies, obstacles, checked), checked
 
 
-def _scene(robot: Robot, bodies: Bodies, obstacles: Sequence[Obstacle], pairs: Sequence[Pair]) -> Scene:
+def _scene(robot: Robot, bodies: Bodies, obstacles: Sequence[Obstacle], pairs: Sequence[Pair]) -> CollisionScene:
     links = {name for pair in pairs for name in pair}
-    return Scene.of(bodies, tuple(link_solids(robot, bodies, links)), obstacles, pairs)
+    return CollisionScene.of(bodies, tuple(link_solids(robot, bodies, links)), obstacles, pairs)
 
 
 def _possible_pairs(
@@ -133,7 +135,7 @@ def _told_pair(pair: object, links: set[str], standing: set[str]) -> Pair:
     return a, b
 
 
-def _close_pairs(robot: Robot, scene: Scene, least: float) -> Iterator[IgnoredPair]:
+def _close_pairs(robot: Robot, scene: CollisionScene, least: float) -> Iterator[IgnoredPair]:
     """Links nearer than `least` at rest, and links that are nearer than that to an obstacle wherever the robot is."""
     near = _nearest(scene, robot, robot.rest, least)
     always = {pair for pair in near if pair[1] not in scene.bodies.of_link}
@@ -145,7 +147,7 @@ def _close_pairs(robot: Robot, scene: Scene, least: float) -> Iterator[IgnoredPa
         yield IgnoredPair(pair, f"{_apart(near[pair])} at rest and never over {least:g} m")
 
 
-def _nearest(scene: Scene, robot: Robot, q: Array, least: float) -> dict[Pair, float]:
+def _nearest(scene: CollisionScene, robot: Robot, q: Array, least: float) -> dict[Pair, float]:
     """The distance of every pair that is nearer than `least`."""
     nearest: dict[Pair, float] = {}
     for index, there in scene.contacts(robot, q, within=least):

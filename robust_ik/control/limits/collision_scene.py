@@ -23,7 +23,7 @@ FARTHEST = 1e9
 
 
 @dataclass(frozen=True, eq=False)
-class Scene:
+class CollisionScene:
     """Solids, and which of them to watch against which.
 
     Attributes:

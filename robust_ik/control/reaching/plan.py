@@ -10,7 +10,7 @@ import numpy as np
 from robust_ik.checks import Array
 from robust_ik.control.reaching.goals import GoalFinder
 from robust_ik.control.reaching.path import Caps, Path
-from robust_ik.control.reaching.search import Search
+from robust_ik.control.reaching.search import PathSearch
 from robust_ik.control.reaching.space import Space
 from robust_ik.control.tasks.frame import FrameTask
 
@@ -53,7 +53,7 @@ def plan(space: Space, finder: GoalFinder, task: FrameTask, x: Array) -> Generat
 
 def _past_obstacles(space: Space, paths: list[Path], x: Array) -> Generator[None, None, Path | None]:
     """The first straight way that is free; else one that a search finds."""
-    search = Search(space, x, np.array([path.goal for path in paths]))
+    search = PathSearch(space, x, np.array([path.goal for path in paths]))
     free = yield from search.free_goals()
     open_paths = [path for path, is_free in zip(paths, free) if is_free]
     for path in open_paths:

@@ -29,7 +29,7 @@ AROUND = 1.6
 FULL = 1e-9
 
 
-class Search:
+class PathSearch:
     """A search from one start to any of some goals.
 
     What is already nearer to being forbidden than a way should be, at the start or at a goal, may be as near as there.

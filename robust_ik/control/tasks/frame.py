@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, checked_cap, checked_parameter, checked_rigid, readonly
 from robust_ik.control.tasks.base import Task
-from robust_ik.control.tasks.pose_feedback import Feedback, Motion
+from robust_ik.control.tasks.pose_feedback import Feedback, FrameMotion
 from robust_ik.control.tasks.task_arguments import (
     checked_choice,
     checked_frame,
@@ -72,7 +72,7 @@ class FrameTask(Task):
         """J q̇ = ẋ at q, reference LOCAL_WORLD_ALIGNED or the target's axes; see `Task.equation`."""
         in_world = self.reference == "world axes"
         rows = task_rows(robot, self.frame, self.rows, world_axes=in_world)
-        motion = Motion.of(robot, q, self.frame, hessian)
+        motion = FrameMotion.of(robot, q, self.frame, hessian)
         feedback = Feedback(self.gain, self.max_linear, self.max_angular, self.feedforward, self.weight)
         if in_world:
             return feedback.equation(motion, self.target, rows)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from robust_ik.checks import Array, as_measures, checked_cap, checked_parameter, checked_rigid, readonly
 from robust_ik.control.tasks.base import Task
 from robust_ik.control.tasks.frame import AXES
-from robust_ik.control.tasks.pose_feedback import Feedback, Motion
+from robust_ik.control.tasks.pose_feedback import Feedback, FrameMotion
 from robust_ik.control.tasks.task_arguments import (
     checked_choice,
     checked_frame,
@@ -71,7 +71,7 @@ class OrientationTask(Task):
         feedback = Feedback(self.gain, math.inf, self.max_angular, feedforward, self.weight)
         if not in_world:
             feedback = feedback.along(self.target)
-        return feedback.equation(Motion.of(robot, q, self.frame, hessian), target, rows)
+        return feedback.equation(FrameMotion.of(robot, q, self.frame, hessian), target, rows)
 
 
 def one_rotation(name: str, value: ArrayLike) -> Array:

@@ -16,7 +16,7 @@ from robust_ik.robot.robot import Robot
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class FrameMotion:
     """Where a frame is and how it moves, linear rows before angular ones, all in the same axes.
 
     Attributes:
@@ -30,7 +30,7 @@ class Motion:
     hessian: Array | None
 
     @classmethod
-    def of(cls, robot: Robot, q: ArrayLike, frame: str | None, hessian: bool) -> Motion:
+    def of(cls, robot: Robot, q: ArrayLike, frame: str | None, hessian: bool) -> FrameMotion:
         """In the world's axes; hessian: whether it is wanted."""
         one_configuration(q)
         H = robot.hessian(q, frame, rows=ROWS) if hessian else None
@@ -61,7 +61,7 @@ class Feedback:
         """The same with rows along other axes."""
         return replace(self, axes=axes)
 
-    def equation(self, motion: Motion, target: Array, rows: tuple[str, ...]) -> TaskEquation:
+    def equation(self, motion: FrameMotion, target: Array, rows: tuple[str, ...]) -> TaskEquation:
         """The rows of J q̇ = ẋ that bring the motion's pose to a target; the caps look at these rows only."""
         pose, J, H, feedforward = motion.pose, motion.J, motion.hessian, self.feedforward
         if self.axes is not None:

@@ -12,7 +12,7 @@ from robust_ik.checks import Array, checked_cap, checked_parameter
 from robust_ik.control.tasks.base import Task
 from robust_ik.control.tasks.frame import one_pose
 from robust_ik.control.tasks.pose_error import cross
-from robust_ik.control.tasks.pose_feedback import Feedback, Motion, rotated
+from robust_ik.control.tasks.pose_feedback import Feedback, FrameMotion, rotated
 from robust_ik.control.tasks.task_arguments import checked_choice, checked_frame, checked_selection, one_vector
 from robust_ik.errors import InputError
 from robust_ik.inverses.task_equation import TaskEquation
@@ -73,11 +73,11 @@ class RelativeTask(Task):
         feedback = Feedback(self.gain, self.max_linear, self.max_angular, self.feedforward, self.weight)
         if self.reference == "target":
             feedback = feedback.along(self.target[:3, :3])
-        one, other = (Motion.of(robot, q, frame, hessian) for frame in (self.frame, self.root))
+        one, other = (FrameMotion.of(robot, q, frame, hessian) for frame in (self.frame, self.root))
         return feedback.equation(relative_motion(one, other), self.target, self.rows or ROWS)
 
 
-def relative_motion(frame: Motion, root: Motion) -> Motion:
+def relative_motion(frame: FrameMotion, root: FrameMotion) -> FrameMotion:
     """The motion of a frame as seen from another, in the axes of that other.
 
     With r = p − p_root: v = Rᵀ(ṗ − ṗ_root + r × ω_root), ω = Rᵀ(ω − ω_root), R the rotation of root.
@@ -89,7 +89,7 @@ def relative_motion(frame: Motion, root: Motion) -> Motion:
     in_world = frame.J - root.J
     in_world[:3] += cross(offset[:, None], turning)
     if frame.hessian is None or root.hessian is None:
-        return Motion(pose, rotated(R, in_world), None)
+        return FrameMotion(pose, rotated(R, in_world), None)
     H = frame.hessian - root.hessian
     # ∂/∂q_k of r × ω_j: r moves with ∂r/∂q_k, column k of the linear rows.
     H[:3] += cross(offset[:, None, None], root.hessian[3:])
@@ -97,4 +97,4 @@ def relative_motion(frame: Motion, root: Motion) -> Motion:
     # ∂Rᵀ/∂q_k = −Rᵀ [ω_root,k]×.
     for block in (slice(0, 3), slice(3, 6)):
         H[block] -= cross(turning[:, None, :], in_world[block, :, None])
-    return Motion(pose, rotated(R, in_world), rotated(R, H))
+    return FrameMotion(pose, rotated(R, in_world), rotated(R, H))

@@ -11,7 +11,7 @@ from robust_ik.checks import Array
 from robust_ik.display.drawings import marks
 from robust_ik.display.drawings.drawn_robot import DrawnRobot, draw_robot
 from robust_ik.display.drawings.drawn_runs import TRAIL_COLOR
-from robust_ik.display.drawings.family_motions import Family, Motion
+from robust_ik.display.drawings.family_motions import Family, ShownMotion
 from robust_ik.display.drawings.marks import LostDirections
 from robust_ik.display.drawings.wrenches import Wrenches, animate_wrenches, draw_wrenches
 from robust_ik.display.scene.animation_tracks import Tracks
@@ -36,7 +36,7 @@ class DrawnMotion:
         trail: The node of the tip's path, hidden.
     """
 
-    motion: Motion
+    motion: ShownMotion
     animation: Tracks
     trail: Visualizer
 
@@ -75,7 +75,7 @@ def draw_families(scene: Scene, robot: Robot, shown: Sequence[Family]) -> DrawnF
     marks.draw_lost(groups["lost"], count)
     draw_wrenches(groups["wrench"], count)
 
-    def put(kind: str, index: int, motion: Motion) -> DrawnMotion:
+    def put(kind: str, index: int, motion: ShownMotion) -> DrawnMotion:
         trail = groups["trail"][f"{kind}{index}"]
         marks.draw_path(trail, motion.tip, TRAIL * size, TRAIL_COLOR)
         trail.set_property("visible", False)
@@ -86,7 +86,7 @@ def draw_families(scene: Scene, robot: Robot, shown: Sequence[Family]) -> DrawnF
     return DrawnFamilies(drawn, walks, sways, groups)
 
 
-def _animated(robot: DrawnRobot, groups: dict[str, Visualizer], motion: Motion, count: int, size: float) -> Tracks:
+def _animated(robot: DrawnRobot, groups: dict[str, Visualizer], motion: ShownMotion, count: int, size: float) -> Tracks:
     tracks = Tracks(motion.times)
     robot.animate(tracks, robot.robot.configuration(motion.values))
     linear, angular = np.swapaxes(motion.twists[:, :3], 1, 2), np.swapaxes(motion.twists[:, 3:], 1, 2)
@@ -96,7 +96,7 @@ def _animated(robot: DrawnRobot, groups: dict[str, Visualizer], motion: Motion, 
     return tracks
 
 
-def _place_camera(scene: Scene, robot: DrawnRobot, motions: Sequence[Motion]) -> float:
+def _place_camera(scene: Scene, robot: DrawnRobot, motions: Sequence[ShownMotion]) -> float:
     """Floor and camera so that the arm is in sight wherever it goes; returns the radius of what is seen, m."""
     points = [robot.extent(robot.robot.rest)]
     for motion in motions:
@@ -110,7 +110,7 @@ def _place_camera(scene: Scene, robot: DrawnRobot, motions: Sequence[Motion]) ->
     return size
 
 
-def _most_lost(motions: Sequence[Motion]) -> Array:
+def _most_lost(motions: Sequence[ShownMotion]) -> Array:
     """The level direction in which most translations are lost: across the view, their arrows are seen best."""
     level = np.concatenate([np.swapaxes(motion.twists[:, :2], 0, 1).reshape(2, -1) for motion in motions], axis=1)
     return np.array([*svd(level @ level.T + 1e-12 * np.diag([1.0, 0.0])).U[:, 0], 0.0])

@@ -29,7 +29,7 @@ FRAMES_PER_SECOND = 10
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class ShownMotion:
     """The robot under way, and what it loses.
 
     Attributes:
@@ -68,11 +68,11 @@ class Family:
 
     stratum: Stratum
     curves: tuple[Curve, ...]
-    walk: Motion
+    walk: ShownMotion
     inside: bool
     lost: LostMotion
     way: WayOut
-    sway: Motion
+    sway: ShownMotion
 
     @classmethod
     def of(cls, atlas: SingularityAtlas, stratum: Stratum, robot: Robot) -> Family:
@@ -84,7 +84,7 @@ class Family:
         way = _way_inside(facts, trip.values[0], lost)
         tip = robot.pose(robot.configuration(trip.values))[:, :3, 3]
         twists = _lost_twists(robot, facts.chain.rows, trip.values, lost.twists)
-        walk = Motion(trip.values, WALK, tip, tip, twists)
+        walk = ShownMotion(trip.values, WALK, tip, tip, twists)
         return cls(stratum, curves, walk, trip.inside, lost, way, _sway(robot, way, walk))
 
 
@@ -137,7 +137,7 @@ def _way_inside(facts: RobotFacts, values: Array, lost: LostMotion) -> WayOut:
     return way
 
 
-def _sway(robot: Robot, way: WayOut, walk: Motion) -> Motion:
+def _sway(robot: Robot, way: WayOut, walk: ShownMotion) -> ShownMotion:
     """Out to one side, back, out to the other and back."""
     share = np.sin(np.linspace(0.0, 2 * np.pi, round(SWAY * FRAMES_PER_SECOND) + 1))
     half = (len(way.values) - 1) / 2
@@ -146,4 +146,4 @@ def _sway(robot: Robot, way: WayOut, walk: Motion) -> Motion:
     )
     tip = robot.pose(robot.configuration(values))[:, :3, 3]
     marked, twists = (np.repeat(each[:1], len(values), axis=0) for each in (walk.tip, walk.twists))
-    return Motion(values, SWAY, tip, marked, twists)
+    return ShownMotion(values, SWAY, tip, marked, twists)

@@ -11,7 +11,7 @@ import numpy as np
 
 from robust_ik.checks.public_arguments import checked
 from robust_ik.display.drawings.drawn_families import DrawnFamilies, DrawnMotion, draw_families
-from robust_ik.display.drawings.family_motions import Family, Motion, families
+from robust_ik.display.drawings.family_motions import Family, ShownMotion, families
 from robust_ik.display.pages.family_page_words import shown_values, turning_freely, twist_words, units
 from robust_ik.display.pages.family_table import family_table
 from robust_ik.display.pages.viewer_html import Entry, animation_data, missing_notice, node_parts, stage
@@ -41,7 +41,7 @@ _LEGEND: tuple[Entry, ...] = (
     ("trail", "trail", "Path of the tip", "Where the tip comes in this motion."),
 )
 _MOTIONS = (
-    '<div class="motions" role="group" aria-label="Motion"><button type="button" data-motion="walk" '
+    '<div class="motions" role="group" aria-label="ShownMotion"><button type="button" data-motion="walk" '
     'aria-pressed="true">Through the family</button><button type="button" data-motion="sway" aria-pressed="false">'
     "Way out</button></div>"
 )
@@ -95,7 +95,7 @@ def _motion_data(facts: RobotFacts, drawn: DrawnMotion, caption: str) -> dict[st
     return animation_data(drawn.animation, drawn.trail) | {"caption": caption, "values": _packed(facts, drawn.motion)}
 
 
-def _packed(facts: RobotFacts, motion: Motion) -> str:
+def _packed(facts: RobotFacts, motion: ShownMotion) -> str:
     """Joint values of all frames in degrees or m, as 32-bit numbers."""
     return base64.b64encode(shown_values(facts, motion.values).astype(np.float32).tobytes()).decode("ascii")
 

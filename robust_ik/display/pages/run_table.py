@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from robust_ik.checks import Array
-from robust_ik.display.pages.svg_chart import Curve, chart
+from robust_ik.display.pages.svg_chart import ChartCurve, chart
 from robust_ik.errors.safe_text import in_html
 from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.robot.robot import Robot
@@ -52,8 +52,8 @@ def results_charts(runs: Sequence[Trajectory], colors: Sequence[str]) -> str:
     duration = max(float(run.time[-1] - run.time[0]) for run in runs) or 1.0
     linear, _ = _kinds(runs[0].robot)
 
-    def curves(values: Sequence[Array]) -> list[Curve]:
-        return [Curve(run.time - run.time[0], value, color) for run, value, color in zip(runs, values, colors)]
+    def curves(values: Sequence[Array]) -> list[ChartCurve]:
+        return [ChartCurve(run.time - run.time[0], value, color) for run, value, color in zip(runs, values, colors)]
 
     speeds = chart(
         f"Largest joint speed [{_speed_unit(runs[0].robot)}]",

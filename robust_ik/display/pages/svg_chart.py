@@ -18,7 +18,7 @@ DECADES = 6
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class ChartCurve:
     """One line of a chart.
 
     Attributes:
@@ -84,7 +84,7 @@ class Scale:
         return [10.0**power for power in range(top, bottom - 1, -step)][::-1]
 
 
-def chart(title: str, curves: Sequence[Curve], duration: float, *, logarithmic: bool = False) -> str:
+def chart(title: str, curves: Sequence[ChartCurve], duration: float, *, logarithmic: bool = False) -> str:
     """A chart of curves from 0 to `duration` seconds, with a line of class "cursor" for a script to move.
 
     The attributes data-left and data-width of the SVG say where time 0 is and how wide the whole duration, as
@@ -102,7 +102,7 @@ def chart(title: str, curves: Sequence[Curve], duration: float, *, logarithmic: 
     )
 
 
-def _polyline(curve: Curve, scale: Scale, duration: float) -> str:
+def _polyline(curve: ChartCurve, scale: Scale, duration: float) -> str:
     time, values = curve.envelope()
     x = LEFT + (WIDTH - LEFT - RIGHT) * time / duration
     points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, scale.height(values)))

@@ -10,7 +10,7 @@ from robust_ik.kernels.compiler.compiling import called, inlined
 from robust_ik.kernels.compiler.simd_lanes import COUNT, spread
 from robust_ik.kernels.compiler.stack_memory import ONE, W8, Pointer, Sizes, each_lane, further, pointer, stack
 from robust_ik.kernels.matrices.jacobi_rotations import ALL, orthogonalise
-from robust_ik.kernels.step import step_layout as p
+from robust_ik.kernels.step import step_layout as slots
 from robust_ik.kernels.step.step_layout import DONE, TOO_LARGE
 from robust_ik.kernels.step.step_solving import ROUNDING, WELL_DAMPED, add_beside, combine, damped, order_of, weigh
 from robust_ik.kernels.step.step_task import check, scale_rows, task
@@ -21,8 +21,8 @@ def step_one(
     program: Pointer, q: Pointer, twist: Pointer, beside: Pointer, wanted: bool, out: Pointer, width: Sizes
 ) -> int:
     """One step, and what is wanted beside the task if something is."""
-    P, m = len(width), int(program[p.ROWS])
-    chain, factors = further(program, int(program[p.CHAIN])), further(program, int(program[p.JOINTS]))
+    P, m = len(width), int(program[slots.ROWS])
+    chain, factors = further(program, int(program[slots.CHAIN])), further(program, int(program[slots.JOINTS]))
     n = int(chain[INDEPENDENT])
     J, x, found, more = stack(0.0, W8, width), stack(0.0, ONE, W8), stack(0.0, ONE, width), stack(0.0, ONE, width)
     squares, y = stack(0.0, ONE, W8), stack(0.0, ONE, W8)
@@ -31,9 +31,9 @@ def step_one(
         return status
     task(program, q, twist, 1, J, x, width, 0.0)
     poor = True
-    if program[p.METHOD] == p.DAMPED and not wanted:
-        trace = damped(J, x, m, program[p.DAMPING], found, width, 0.0)
-        poor = not program[p.DAMPING] >= WELL_DAMPED * trace
+    if program[slots.METHOD] == slots.DAMPED and not wanted:
+        trace = damped(J, x, m, program[slots.DAMPING], found, width, 0.0)
+        poor = not program[slots.DAMPING] >= WELL_DAMPED * trace
     if poor:
         # Of six rows of a four-joint arm two are rounding; they matter only to what is done beside the task.
         orthogonalise(J, x, m, width, ONE, squares, ROUNDING if m > n and not wanted else ALL, 0.0)
@@ -42,10 +42,10 @@ def step_one(
     if wanted:
         for c in range(P):
             more[c] = beside[c] if c < n else 0.0
-        if program[p.JOINTS] > 0.0:
+        if program[slots.JOINTS] > 0.0:
             scale_rows(further(factors, n * n), n, more, 1, 0.0)
         add_beside(J, squares, m, min(m, n), more, found, width)
-    if program[p.JOINTS] > 0.0:
+    if program[slots.JOINTS] > 0.0:
         scale_rows(factors, n, found, 1, 0.0)
     return store(found, out, n, 0, 1)
 
@@ -64,8 +64,8 @@ def store(found: Pointer, out: Pointer, n: int, lane: int, lanes: int) -> int:
 @called
 def factor_one(program: Pointer, q: Pointer, twist: Pointer, s: Pointer, x: Pointer, Vt: Pointer, width: Sizes) -> int:
     """What a filter needs that is not compiled: σᵢ, uᵢᵀẋ and vᵢ of the scaled task, the largest σ first."""
-    P, m = len(width), int(program[p.ROWS])
-    n = int(program[int(program[p.CHAIN]) + INDEPENDENT])
+    P, m = len(width), int(program[slots.ROWS])
+    n = int(program[int(program[slots.CHAIN]) + INDEPENDENT])
     J, wanted, squares, order = stack(0.0, W8, width), stack(0.0, ONE, W8), stack(0.0, ONE, W8), stack(0.0, ONE, W8)
     status = check(program, q, twist)
     if status != DONE:
@@ -85,7 +85,7 @@ def factor_one(program: Pointer, q: Pointer, twist: Pointer, s: Pointer, x: Poin
 def step_eight(program: Pointer, q: Pointer, twist: Pointer, out: Pointer, width: Sizes) -> int:
     """COUNT steps side by side; the worst status."""
     zero = spread(0.0)
-    m, chain = int(program[p.ROWS]), further(program, int(program[p.CHAIN]))
+    m, chain = int(program[slots.ROWS]), further(program, int(program[slots.CHAIN]))
     n, nq = int(chain[INDEPENDENT]), int(chain[CONFIGURATION])
     J, x, found = stack(zero, W8, width), stack(zero, ONE, W8), stack(zero, ONE, width)
     squares, y, poor = stack(zero, ONE, W8), stack(zero, ONE, W8), stack(zero, ONE, ONE)
@@ -95,16 +95,16 @@ def step_eight(program: Pointer, q: Pointer, twist: Pointer, out: Pointer, width
             return status
     task(program, q, twist, COUNT, J, x, width, zero)
     poor[0] = zero
-    if program[p.METHOD] == p.DAMPED:
-        trace = damped(J, x, m, program[p.DAMPING], found, width, zero)
-        poor[0] = WELL_DAMPED * trace - program[p.DAMPING]
+    if program[slots.METHOD] == slots.DAMPED:
+        trace = damped(J, x, m, program[slots.DAMPING], found, width, zero)
+        poor[0] = WELL_DAMPED * trace - program[slots.DAMPING]
     else:
         orthogonalise(J, x, m, width, ONE, squares, ROUNDING if m > n else ALL, zero)
         for lane in range(COUNT):
             weigh(program, each_lane(squares), each_lane(x), each_lane(y), m, min(m, n), lane, COUNT)
         combine(J, y, m, found, width, zero)
-    if program[p.JOINTS] > 0.0:
-        scale_rows(further(program, int(program[p.JOINTS])), n, found, 1, zero)
+    if program[slots.JOINTS] > 0.0:
+        scale_rows(further(program, int(program[slots.JOINTS])), n, found, 1, zero)
     worst, doubtful = DONE, each_lane(poor)
     for lane in range(COUNT):
         target = further(out, lane * n)

@@ -8,7 +8,7 @@ from robust_ik.kernels.compiler.compiling import inlined
 from robust_ik.kernels.compiler.simd_lanes import Number, root
 from robust_ik.kernels.compiler.stack_memory import ONE, W8, Pointer, Sizes, call_gain, further, stack
 from robust_ik.kernels.matrices.jacobi_rotations import dot
-from robust_ik.kernels.step import step_layout as p
+from robust_ik.kernels.step import step_layout as slots
 
 ROUNDING = 1e-32
 """Squared length, over the longest row's, of what rounding leaves of a row."""
@@ -69,7 +69,7 @@ def order_of(squares: Pointer, order: Pointer, m: int, lane: int, lanes: int) ->
 @inlined
 def weigh(program: Pointer, squares: Pointer, x: Pointer, y: Pointer, m: int, k: int, lane: int, lanes: int) -> None:
     """φ(σᵢ)/σᵢ uᵢᵀẋ of every row of one lane, by the formula; 0 of rows that are no longer than rounding, from k on."""
-    order, parameters = stack(0.0, ONE, W8), further(program, int(program[p.PARAMETERS]))
+    order, parameters = stack(0.0, ONE, W8), further(program, int(program[slots.PARAMETERS]))
     order_of(squares, order, m, lane, lanes)
     product = 1.0
     for index in range(k):
@@ -77,7 +77,7 @@ def weigh(program: Pointer, squares: Pointer, x: Pointer, y: Pointer, m: int, k:
     largest = math.sqrt(squares[int(order[0]) * lanes + lane])
     smallest = math.sqrt(squares[int(order[k - 1]) * lanes + lane])
     product = product if smallest > 0.0 else 0.0
-    address = int(program[p.ADDRESS])
+    address = int(program[slots.ADDRESS])
     for index in range(m):
         i = int(order[index]) * lanes + lane
         sigma = math.sqrt(squares[i])

@@ -12,7 +12,7 @@ from robust_ik.kernels.chain.joint_motion import add_columns, joint_twists
 from robust_ik.kernels.compiler.compiling import called, inlined
 from robust_ik.kernels.compiler.simd_lanes import Number
 from robust_ik.kernels.compiler.stack_memory import ONE, W8, W16, Pointer, Sizes, each_lane, further, lanes_of, stack
-from robust_ik.kernels.step import step_layout as p
+from robust_ik.kernels.step import step_layout as slots
 from robust_ik.kernels.step.step_layout import DONE, NOT_FINITE, OFF_CIRCLE
 
 CIRCLE = 2e-6
@@ -22,11 +22,11 @@ CIRCLE = 2e-6
 @inlined
 def check(program: Pointer, q: Pointer, twist: Pointer) -> int:
     """Whether a step can be made from these."""
-    chain = further(program, int(program[p.CHAIN]))
+    chain = further(program, int(program[slots.CHAIN]))
     total = 0.0
     for i in range(int(chain[CONFIGURATION])):
         total += q[i] * 0.0
-    for i in range(int(program[p.ROWS])):
+    for i in range(int(program[slots.ROWS])):
         total += twist[i] * 0.0
     if math.isnan(total):
         return NOT_FINITE
@@ -45,11 +45,11 @@ def task(
     program: Pointer, q: Pointer, twist: Pointer, count: int, J: Pointer, x: Pointer, width: Sizes, zero: Number
 ) -> None:
     """J and ẋ of some steps, in the task rows and scaled by the weights: m rows of `width`, and m numbers."""
-    P, L, m = len(width), lanes_of(zero), int(program[p.ROWS])
-    chain = further(program, int(program[p.CHAIN]))
+    P, L, m = len(width), lanes_of(zero), int(program[slots.ROWS])
+    chain = further(program, int(program[slots.CHAIN]))
     axes, end = stack(zero, MOST_JOINTS, SIX), stack(zero, ONE, TWELVE)
     place(chain, q, count, axes, end, zero)
-    joint_twists(chain, axes, end, axes, int(program[p.REFERENCE]), zero)
+    joint_twists(chain, axes, end, axes, int(program[slots.REFERENCE]), zero)
     for i in range(6 * P):
         J[i] = zero
     add_columns(chain, axes, J, P)
@@ -58,11 +58,11 @@ def task(
         for r in range(m):
             lanes[r * L + lane] = twist[lane * m + r]
     choose_rows(program, J, m, width, zero)
-    if program[p.TASK] > 0.0:
-        scale_rows(further(program, int(program[p.TASK])), m, J, P, zero)
-        scale_rows(further(program, int(program[p.TASK])), m, x, 1, zero)
-    if program[p.JOINTS] > 0.0:
-        scale_columns(further(program, int(program[p.JOINTS])), int(chain[INDEPENDENT]), J, m, P, zero)
+    if program[slots.TASK] > 0.0:
+        scale_rows(further(program, int(program[slots.TASK])), m, J, P, zero)
+        scale_rows(further(program, int(program[slots.TASK])), m, x, 1, zero)
+    if program[slots.JOINTS] > 0.0:
+        scale_columns(further(program, int(program[slots.JOINTS])), int(chain[INDEPENDENT]), J, m, P, zero)
 
 
 @inlined
@@ -70,13 +70,13 @@ def choose_rows(program: Pointer, J: Pointer, m: int, width: Sizes, zero: Number
     """The m wanted rows of the six in J, in the wanted order."""
     P, all_rows, as_they_are = len(width), stack(zero, W8, width), True
     for r in range(m):
-        as_they_are &= int(program[p.ROW + r]) == r
+        as_they_are &= int(program[slots.ROW + r]) == r
     if as_they_are:
         return
     for x in range(6 * P):
         all_rows[x] = J[x]
     for r in range(m):
-        row = int(program[p.ROW + r])
+        row = int(program[slots.ROW + r])
         for c in range(P):
             J[r * P + c] = all_rows[row * P + c]
 

@@ -19,7 +19,7 @@ from robust_ik.runtime.output_files import write_file
 from robust_ik.singularities.atlas.atlas_checks import reread
 from robust_ik.singularities.atlas.atlas_record import AtlasRecord, Settings
 from robust_ik.singularities.atlas.corank_search import judged
-from robust_ik.singularities.atlas.evidence import Evidence, Status
+from robust_ik.singularities.atlas.evidence import Completeness, Evidence
 from robust_ik.singularities.atlas.search_state import work_of
 from robust_ik.singularities.conditions.angle_sums import Angle
 from robust_ik.singularities.conditions.arm_record import RobotFacts
@@ -132,7 +132,7 @@ def from_plain(data: dict[str, Any]) -> AtlasRecord:
     atlas = AtlasRecord(
         robot=facts,
         strata=tuple(_read_stratum(facts, each) for each in data["strata"]),
-        evidence=tuple(Evidence(**{**each, "status": Status[each["status"]]}) for each in data["evidence"]),
+        evidence=tuple(Evidence(**{**each, "status": Completeness[each["status"]]}) for each in data["evidence"]),
         settings=Settings(**data["settings"]),
         interrupted=bool(data["interrupted"]),
         certificate=None if certificate is None else Certificate.from_json(json.dumps(certificate)),

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from robust_ik.certificates import Certificate
 from robust_ik.checks.public_arguments import checked
 from robust_ik.errors import RobustIKError
-from robust_ik.singularities.atlas.evidence import Evidence, Status
+from robust_ik.singularities.atlas.evidence import Completeness, Evidence
 from robust_ik.singularities.conditions.arm_record import RobotFacts
 from robust_ik.singularities.families.stratum import Stratum
 from robust_ik.singularities.find.random_starts import Method
@@ -97,7 +97,7 @@ class AtlasRecord:
 
     def _found(self, evidence: Evidence) -> str:
         rows = self.of_corank(evidence.corank)
-        if not rows and evidence.status is Status.INTERRUPTED:
+        if not rows and evidence.status is Completeness.INTERRUPTED:
             return "none found yet"
         if not rows and not evidence.found:
             return f"none found by {evidence.fresh} starts, which came no nearer than ‖r‖ = {evidence.floor:.2g} σ₁"

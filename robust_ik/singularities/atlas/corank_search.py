@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from robust_ik.singularities.atlas.evidence import Evidence, Status
+from robust_ik.singularities.atlas.evidence import Completeness, Evidence
 from robust_ik.singularities.atlas.search_pieces import CHUNK, Chunk, ProofOf
-from robust_ik.singularities.atlas.search_state import Work
+from robust_ik.singularities.atlas.search_state import SearchState
 from robust_ik.singularities.families.leaf_merging import joined
 from robust_ik.singularities.families.leaf_survey import accounts, survey, uncovered
 from robust_ik.singularities.find.points_found import Points
@@ -20,7 +20,7 @@ HOLDOUTS = 2
 """A hold-out that met something new is used to extend the list, and another one made."""
 
 
-def begin(work: Work, coranks: Sequence[int], starts: int) -> None:
+def begin(work: SearchState, coranks: Sequence[int], starts: int) -> None:
     """Does at once what the work on every corank begins with, if there is an executor.
 
     What it does of coranks that do not exist is in vain, but costs only time of workers that would be idle.
@@ -29,16 +29,16 @@ def begin(work: Work, coranks: Sequence[int], starts: int) -> None:
         work.run_ahead([piece for corank in coranks for piece in _beginning(work, corank, starts)])
 
 
-def _beginning(work: Work, corank: int, starts: int) -> list[Chunk | ProofOf]:
+def _beginning(work: SearchState, corank: int, starts: int) -> list[Chunk | ProofOf]:
     return [*work.proof(corank), *work.search(corank, min(starts, PROBE), 1)]
 
 
-def read_corank(work: Work, corank: int, starts: int) -> bool:
+def read_corank(work: SearchState, corank: int, starts: int) -> bool:
     """Searches one corank, tries a proof and reads the leaves; whether there is one.
 
     A proof that was made before is used again: it is about the arm, not about the list.
     """
-    work.evidence[corank] = _add(work, corank, Evidence(corank, Status.INTERRUPTED, 0, 0, 0))
+    work.evidence[corank] = _add(work, corank, Evidence(corank, Completeness.INTERRUPTED, 0, 0, 0))
     parts, tried = work.run(_beginning(work, corank, starts))
     work.proven.update({each.proof.corank: each for each in tried})
     found = _read_points(work, corank, starts, parts)
@@ -47,12 +47,12 @@ def read_corank(work: Work, corank: int, starts: int) -> bool:
     return found
 
 
-def _read_points(work: Work, corank: int, starts: int, parts: list[Points]) -> bool:
+def _read_points(work: SearchState, corank: int, starts: int, parts: list[Points]) -> bool:
     """Reads leaves from the points of the first starts and of the others; whether there is one."""
     if sum(len(part) for part in parts) == 0 and not work.of(corank):
         floor = min(float(part.floors.min(initial=1.0)) for part in parts)
         tried = sum(part.failed for part in parts) + work.evidence[corank].starts
-        work.evidence[corank] = Evidence(corank, Status.NONE_FOUND, tried, 0, 0, fresh=tried, floor=floor)
+        work.evidence[corank] = Evidence(corank, Completeness.NONE_FOUND, tried, 0, 0, fresh=tried, floor=floor)
         return False
     if starts > PROBE:
         parts = [*parts, *work.run(work.search(corank, starts - PROBE, 2))[0]]
@@ -62,14 +62,14 @@ def _read_points(work: Work, corank: int, starts: int, parts: list[Points]) -> b
     work.leaves = [leaf for leaf in work.leaves if leaf.corank != corank] + list(found.leaves)
     work.unread[corank] = values[exact][~found.explained]
     added = Evidence(
-        corank, Status.INTERRUPTED, sum(len(part) + part.failed for part in parts), len(values), int(exact.sum()),
+        corank, Completeness.INTERRUPTED, sum(len(part) + part.failed for part in parts), len(values), int(exact.sum()),
         rejected=found.rejected,
     )  # fmt: skip
     work.evidence[corank] = _add(work, corank, added)
     return True
 
 
-def _add(work: Work, corank: int, new: Evidence) -> Evidence:
+def _add(work: SearchState, corank: int, new: Evidence) -> Evidence:
     """The counts of earlier searches and of this one."""
     old = work.evidence.get(corank)
     if old is None:
@@ -80,7 +80,7 @@ def _add(work: Work, corank: int, new: Evidence) -> Evidence:
     )  # fmt: skip
 
 
-def hold_out(work: Work, coranks: Sequence[int], starts: int) -> None:
+def hold_out(work: SearchState, coranks: Sequence[int], starts: int) -> None:
     """Fresh starts against the frozen lists; what they meet that is not in them is read, and others are made.
 
     Few, and only to hold them against it, where there is an accepted proof.
@@ -96,11 +96,11 @@ def hold_out(work: Work, coranks: Sequence[int], starts: int) -> None:
                 break
 
 
-def _extended(work: Work, corank: int, points: Points, attempt: int) -> bool:
+def _extended(work: SearchState, corank: int, points: Points, attempt: int) -> bool:
     """Holds points against the list; whether it became longer and another hold-out is to be made."""
     new = ~work.accounted(corank, points)
     work.evidence[corank] = replace(
-        work.evidence[corank], status=Status.ESTIMATE, fresh=len(points) + points.failed, unmatched=int(new.sum())
+        work.evidence[corank], status=Completeness.ESTIMATE, fresh=len(points) + points.failed, unmatched=int(new.sum())
     )
     if not new.any() or attempt == HOLDOUTS - 1:
         return False
@@ -112,11 +112,11 @@ def _extended(work: Work, corank: int, points: Points, attempt: int) -> bool:
     return True
 
 
-def _fresh(work: Work, corank: int, starts: int) -> int:
+def _fresh(work: SearchState, corank: int, starts: int) -> int:
     return min(starts, PROBE) if corank in work.proven and work.proven[corank].accepted else starts
 
 
-def _read_proof(work: Work, corank: int) -> bool:
+def _read_proof(work: SearchState, corank: int) -> bool:
     """Reads what a proof of one corank has that the list lacks; whether there is any leaf."""
     proven = work.proven[corank]
     lacking = proven.unlisted(work.facts.chain, work.of(corank), only=True)
@@ -131,20 +131,20 @@ def _read_proof(work: Work, corank: int) -> bool:
     return bool(work.of(corank))
 
 
-def say_what_is_left(work: Work, coranks: Sequence[int]) -> None:
+def say_what_is_left(work: SearchState, coranks: Sequence[int]) -> None:
     """Marks the coranks that an interrupted search did not come to."""
-    if not any(each.status is Status.NONE_FOUND for each in work.evidence.values()):
+    if not any(each.status is Completeness.NONE_FOUND for each in work.evidence.values()):
         for corank in coranks:
-            work.evidence.setdefault(corank, Evidence(corank, Status.INTERRUPTED, 0, 0, 0))
+            work.evidence.setdefault(corank, Evidence(corank, Completeness.INTERRUPTED, 0, 0, 0))
 
 
-def unjudged(work: Work) -> tuple[Evidence, ...]:
+def unjudged(work: SearchState) -> tuple[Evidence, ...]:
     """The evidence of lists that are not whole, so that nothing can be held against them."""
     evidence = [each for _, each in sorted(work.evidence.items())]
-    return tuple(replace(each, status=Status.INTERRUPTED, fresh=0, unmatched=0, proof="") for each in evidence)
+    return tuple(replace(each, status=Completeness.INTERRUPTED, fresh=0, unmatched=0, proof="") for each in evidence)
 
 
-def judged(work: Work) -> tuple[Evidence, ...]:
+def judged(work: SearchState) -> tuple[Evidence, ...]:
     """The evidence of every corank once lists and proofs are final and held against each other.
 
     What was certified without a proof at hand is not certified.

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 
-class Status(Enum):
+class Completeness(Enum):
     """What an atlas knows of one corank; the value says it."""
 
     CERTIFIED = "certified: a proof that the list is complete was checked"
@@ -39,7 +39,7 @@ class Evidence:
     """
 
     corank: int
-    status: Status
+    status: Completeness
     starts: int
     found: int
     exact: int
@@ -53,11 +53,11 @@ class Evidence:
     proof: str = ""
 
     @property
-    def estimated(self) -> Status:
+    def estimated(self) -> Completeness:
         """The status without any proof."""
         if self.fresh == 0:
-            return Status.INTERRUPTED
-        return Status.ESTIMATE if self.found else Status.NONE_FOUND
+            return Completeness.INTERRUPTED
+        return Completeness.ESTIMATE if self.found else Completeness.NONE_FOUND
 
     @property
     def bound(self) -> float:
@@ -70,11 +70,11 @@ class Evidence:
     @property
     def words(self) -> str:
         """What may be said of completeness, and no more."""
-        if self.status is Status.CERTIFIED:
+        if self.status is Completeness.CERTIFIED:
             met = "none" if self.unmatched == 0 else f"{self.unmatched}"
             return self._certified + (f"; {met} of {self.fresh} fresh starts met another" if self.fresh else "")
         parts = [self._estimate]
-        if self.status is Status.IMPLICIT:
+        if self.status is Completeness.IMPLICIT:
             parts.insert(0, f"implicit: {self.cases} cases were checked, but only say again that it is singular")
         if self.proof:
             parts.append(self.proof)
@@ -90,7 +90,7 @@ class Evidence:
     @property
     def _estimate(self) -> str:
         if self.fresh == 0:
-            return Status.INTERRUPTED.value
+            return Completeness.INTERRUPTED.value
         what = "an unlisted stratum" if self.found else f"a configuration of corank {self.corank}"
         return (
             f"with 95 % confidence a further random start of this finder meets {what} with probability below "

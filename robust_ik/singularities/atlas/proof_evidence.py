@@ -8,11 +8,11 @@ from itertools import compress
 
 import numpy as np
 
-from robust_ik.certificates import Place, Proof, Verdict, check, leaves
+from robust_ik.certificates import LeafPlace, Proof, Verdict, check, leaves
 from robust_ik.certificates.proof.leaf_points import members
 from robust_ik.certificates.proof.proof import Arm
 from robust_ik.checks import Array
-from robust_ik.singularities.atlas.evidence import Evidence, Status
+from robust_ik.singularities.atlas.evidence import Completeness, Evidence
 from robust_ik.singularities.families.leaf import Leaf
 from robust_ik.singularities.families.leaf_solving import solved
 from robust_ik.singularities.families.leaf_survey import accounts
@@ -27,7 +27,7 @@ STRAY = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
-class Proven:
+class ProofOutcome:
     """A proof of one corank, checked, and points on its leaves.
 
     Attributes:
@@ -41,13 +41,13 @@ class Proven:
 
     proof: Proof
     verdict: Verdict | None
-    places: tuple[Place, ...]
+    places: tuple[LeafPlace, ...]
     points: Array
     coranks: Indices
     owners: Indices
 
     @classmethod
-    def of(cls, chain: ScrewChain, arm: Arm | None, proof: Proof) -> Proven:
+    def of(cls, chain: ScrewChain, arm: Arm | None, proof: Proof) -> ProofOutcome:
         """Checks a proof and finds points on its leaves.
 
         Args:
@@ -124,13 +124,15 @@ class Proven:
         if verdict is None:
             return replace(plain, proof=UNPROVED[self.proof.status].format(reason=self.proof.reason))
         if verdict.implicit:
-            return replace(plain, status=Status.IMPLICIT, cases=verdict.cases, proof="")
+            return replace(plain, status=Completeness.IMPLICIT, cases=verdict.cases, proof="")
         if not verdict.accepted:
             return replace(plain, proof=f"a proof was not accepted: {verdict.reason}")
         if unlisted or strays:
             lacks = f"{unlisted} points of a proof are not in the list, {strays} of the list not in the proof"
             return replace(plain, proof=lacks)
-        return replace(plain, status=Status.CERTIFIED, cases=verdict.cases, leaves=len(self.proof.leaves), proof="")
+        return replace(
+            plain, status=Completeness.CERTIFIED, cases=verdict.cases, leaves=len(self.proof.leaves), proof=""
+        )
 
 
 UNPROVED = {

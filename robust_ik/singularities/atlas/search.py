@@ -16,7 +16,7 @@ from robust_ik.runtime.progress import Told
 from robust_ik.singularities.atlas.atlas import SingularityAtlas, atlas_of
 from robust_ik.singularities.atlas.atlas_record import Settings
 from robust_ik.singularities.atlas.search_run import searched
-from robust_ik.singularities.atlas.search_state import Work
+from robust_ik.singularities.atlas.search_state import SearchState
 from robust_ik.singularities.conditions.arm_record import RobotFacts
 from robust_ik.singularities.find.projection_search import TOLERANCE
 from robust_ik.singularities.find.random_starts import Method
@@ -85,4 +85,4 @@ def find_singularities(
     if not isinstance(method, str):
         raise InputError(f"method must be 'projection' or 'gradient', got {method!r}")
     settings = Settings(corank, seed_of(rng, DEFAULT_SEED), int(starts), tolerance, method, bool(certify))
-    return atlas_of(searched(Work(facts, settings, executor=executor), int(starts), progress))
+    return atlas_of(searched(SearchState(facts, settings, executor=executor), int(starts), progress))

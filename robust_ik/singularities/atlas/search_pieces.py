@@ -10,7 +10,7 @@ from robust_ik.certificates import Proof
 from robust_ik.certificates.certify import certify_plain
 from robust_ik.certificates.proof.proof import Arm
 from robust_ik.runtime.parallel import parts
-from robust_ik.singularities.atlas.proof_evidence import Proven
+from robust_ik.singularities.atlas.proof_evidence import ProofOutcome
 from robust_ik.singularities.find.points_found import Points
 from robust_ik.singularities.find.random_starts import Method, find_points
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
@@ -70,13 +70,13 @@ class ProofOf:
     inexact: str
     corank: int
 
-    def run(self) -> Proven:
+    def run(self) -> ProofOutcome:
         """What came of it."""
         plain = Proof(None, self.corank, reason=self.inexact)
         proof = plain if self.arm is None else certify_plain(self.arm, self.corank)
-        return Proven.of(self.chain, self.arm, proof)
+        return ProofOutcome.of(self.chain, self.arm, proof)
 
 
-def run(piece: Chunk | ProofOf) -> Points | Proven:
+def run(piece: Chunk | ProofOf) -> Points | ProofOutcome:
     """What comes of a piece."""
     return piece.run()

@@ -22,7 +22,7 @@ from robust_ik.singularities.atlas.corank_search import (
     unjudged,
 )
 from robust_ik.singularities.atlas.search_pieces import CHUNK
-from robust_ik.singularities.atlas.search_state import Tally, Work, work_of
+from robust_ik.singularities.atlas.search_state import SearchState, Tally, work_of
 from robust_ik.singularities.families.stratum import Stratum
 from robust_ik.singularities.families.stratum_rows import make_rows
 
@@ -40,7 +40,7 @@ def extend(
     return searched(work, int(starts), progress)
 
 
-def searched(work: Work, starts: int, progress: Told | None) -> AtlasRecord:
+def searched(work: SearchState, starts: int, progress: Told | None) -> AtlasRecord:
     """What the work has come to after so many starts for each corank, or until Ctrl-C stopped it."""
     interrupted = False
     try:
@@ -61,12 +61,12 @@ def searched(work: Work, starts: int, progress: Told | None) -> AtlasRecord:
     )
 
 
-def _wanted(work: Work) -> list[int]:
+def _wanted(work: SearchState) -> list[int]:
     """The coranks to be looked for, as long as there are any."""
     return [work.settings.corank] if work.settings.corank else list(range(1, work.facts.chain.m + 1))
 
 
-def _search(work: Work, starts: int, progress: Told | None) -> None:
+def _search(work: SearchState, starts: int, progress: Told | None) -> None:
     """The work, step by step: every corank is searched, proved if it can be and read, then all are held out."""
     wanted = _wanted(work)
     chunks = len(parts(starts, CHUNK))

@@ -13,7 +13,7 @@ from robust_ik.runtime.parallel import run_pieces
 from robust_ik.runtime.progress import Told
 from robust_ik.singularities.atlas.atlas_record import AtlasRecord, Settings
 from robust_ik.singularities.atlas.evidence import Evidence
-from robust_ik.singularities.atlas.proof_evidence import Proven
+from robust_ik.singularities.atlas.proof_evidence import ProofOutcome
 from robust_ik.singularities.atlas.search_pieces import Chunk, ProofOf, run
 from robust_ik.singularities.conditions.arm_record import RobotFacts
 from robust_ik.singularities.families.leaf import Leaf
@@ -44,7 +44,7 @@ class Tally:
 
 
 @dataclass
-class Work:
+class SearchState:
     """What a search has done so far; it survives an interruption.
 
     Attributes:
@@ -63,11 +63,11 @@ class Work:
     settings: Settings
     leaves: list[Leaf] = field(default_factory=list)
     evidence: dict[int, Evidence] = field(default_factory=dict)
-    proven: dict[int, Proven] = field(default_factory=dict)
+    proven: dict[int, ProofOutcome] = field(default_factory=dict)
     unread: dict[int, Array] = field(default_factory=dict)
     executor: Executor | None = None
     tally: Tally = field(default_factory=Tally)
-    ahead: dict[Chunk | ProofOf, Points | Proven] = field(default_factory=dict)
+    ahead: dict[Chunk | ProofOf, Points | ProofOutcome] = field(default_factory=dict)
 
     def seed(self, corank: int, stage: int) -> tuple[int, ...]:
         """Of its own for every corank and stage, so that results do not depend on the order of the work."""
@@ -92,14 +92,14 @@ class Work:
         """Has pieces done that may be asked for, all at once; some may turn out not to be needed."""
         self.ahead.update(zip(pieces, self._results(pieces)))
 
-    def run(self, pieces: Sequence[Chunk | ProofOf]) -> tuple[list[Points], list[Proven]]:
+    def run(self, pieces: Sequence[Chunk | ProofOf]) -> tuple[list[Points], list[ProofOutcome]]:
         """What comes of pieces, in their order."""
         self.run_ahead([piece for piece in pieces if piece not in self.ahead])
         found = [self.ahead.pop(piece) for piece in pieces]
         points = [each for each in found if isinstance(each, Points)]
-        return points, [each for each in found if isinstance(each, Proven)]
+        return points, [each for each in found if isinstance(each, ProofOutcome)]
 
-    def _results(self, pieces: Sequence[Chunk | ProofOf]) -> list[Points | Proven]:
+    def _results(self, pieces: Sequence[Chunk | ProofOf]) -> list[Points | ProofOutcome]:
         before = self.tally.done
         return run_pieces(run, pieces, self.executor, lambda done, _: self.tally.reach(before + done))
 
@@ -114,13 +114,13 @@ class Work:
         return np.asarray(known | ((points.coranks > corank) & (self.settings.corank is not None)))
 
 
-def work_of(atlas: AtlasRecord) -> Work:
+def work_of(atlas: AtlasRecord) -> SearchState:
     """The work that an atlas is the result of, its proofs checked again."""
     facts = atlas.robot
-    return Work(
+    return SearchState(
         facts,
         atlas.settings,
         [leaf for stratum in atlas.strata for leaf in stratum.leaves],
         {each.corank: each for each in atlas.evidence},
-        {proof.corank: Proven.of(facts.chain, facts.exact, proof) for proof in atlas.certificate or ()},
+        {proof.corank: ProofOutcome.of(facts.chain, facts.exact, proof) for proof in atlas.certificate or ()},
     )

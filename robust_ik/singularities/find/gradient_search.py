@@ -14,7 +14,7 @@ import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.kinematics.svd import singular_values, svd
-from robust_ik.singularities.find.projection_search import LONGEST_STEP, TOLERANCE, Search, project
+from robust_ik.singularities.find.projection_search import LONGEST_STEP, TOLERANCE, SearchEnds, project
 from robust_ik.singularities.find.rank_residual import Indices, Residual
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 
@@ -67,7 +67,7 @@ def gradient_search(
     *,
     rotated: bool = True,
     patience: int = PATIENCE,
-) -> Search:
+) -> SearchEnds:
     """Steepest descent of σ_{m−k+1}, what comes below FOUND polished to the tolerance.
 
     Args:
@@ -92,7 +92,7 @@ def gradient_search(
         idle[active] = np.where(lower < 0.999 * target[active], 0, idle[active] + 1)
         target[active] = lower
         tries[active] += 1
-    ended = Search(values, Residual.at(chain, values, corank), tries, np.zeros(len(values), dtype=bool))
+    ended = SearchEnds(values, Residual.at(chain, values, corank), tries, np.zeros(len(values), dtype=bool))
     near = np.flatnonzero(target <= FOUND)
     polished = project(chain, corank, values[near], tolerance)
     ended.put(near, replace(polished, tries=np.zeros(len(near), dtype=int)), polished.converged)

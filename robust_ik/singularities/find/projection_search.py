@@ -22,7 +22,7 @@ WORTHWHILE, PATIENCE = 0.95, 6
 
 
 @dataclass(frozen=True, eq=False)
-class Search:
+class SearchEnds:
     """Where N searches ended.
 
     Attributes:
@@ -37,12 +37,14 @@ class Search:
     tries: Indices
     converged: Mask
 
-    def copy(self) -> Search:
+    def copy(self) -> SearchEnds:
         """One that can be written to."""
         everything = np.arange(len(self.values))
-        return Search(self.values.copy(), self.residual.select(everything), self.tries.copy(), self.converged.copy())
+        return SearchEnds(
+            self.values.copy(), self.residual.select(everything), self.tries.copy(), self.converged.copy()
+        )
 
-    def put(self, which: Indices, other: Search, better: Mask) -> None:
+    def put(self, which: Indices, other: SearchEnds, better: Mask) -> None:
         """Writes those of another search that are better in place of some of this one, and adds its steps to all.
 
         Args:
@@ -56,7 +58,7 @@ class Search:
         self.residual.put(which[better], other.residual.select(np.flatnonzero(better)))
 
 
-def project(chain: ScrewChain, corank: int, values: Array, tolerance: float = TOLERANCE) -> Search:
+def project(chain: ScrewChain, corank: int, values: Array, tolerance: float = TOLERANCE) -> SearchEnds:
     """Steps from each of the joint values (N, n) until ‖r‖ ≤ tolerance σ₁ or no step helps."""
     values = values.copy()
     state = Residual.at(chain, values, corank)
@@ -77,7 +79,7 @@ def project(chain: ScrewChain, corank: int, values: Array, tolerance: float = TO
         taken, there = active[better], there.select(better)
         values[taken], norm[taken], relative[taken] = trial[better], after[better], there.relative
         state.put(taken, there)
-    return Search(values, state, tries, relative <= tolerance)
+    return SearchEnds(values, state, tries, relative <= tolerance)
 
 
 def step(at: Residual, damping: Array) -> Array:

@@ -13,7 +13,7 @@ from robust_ik.errors import InputError
 from robust_ik.kinematics.svd import singular_values
 from robust_ik.singularities.find.gradient_search import gradient_search
 from robust_ik.singularities.find.points_found import Points
-from robust_ik.singularities.find.projection_search import TOLERANCE, Search
+from robust_ik.singularities.find.projection_search import TOLERANCE, SearchEnds
 from robust_ik.singularities.find.projection_search import project as project
 from robust_ik.singularities.find.rank_residual import Indices, Mask, check_corank, coranks, ranks
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
@@ -95,7 +95,7 @@ def starts_of(chain: ScrewChain, starts: int | ArrayLike, rng: np.random.Generat
 
 def search(
     chain: ScrewChain, corank: int, starts: Array, rng: np.random.Generator, tolerance: float = TOLERANCE
-) -> Search:
+) -> SearchEnds:
     """Projects starts (N, n) to the corank; pushes those that stall, and shakes those that end at a crossing.
 
     A point stays where no shake leads to a clear one of just that corank.
@@ -120,7 +120,7 @@ def _moved(values: Array, size: float, rng: np.random.Generator) -> Array:
     return np.asarray(values + size * rng.standard_normal(values.shape))
 
 
-def _clear(found: Search, corank: int) -> Mask:
+def _clear(found: SearchEnds, corank: int) -> Mask:
     at = found.residual
     return np.asarray((coranks(at.s, at.scale) == corank) & ranks(at.derivative, at.scale)[1])
 
@@ -128,7 +128,7 @@ def _clear(found: Search, corank: int) -> Mask:
 def points_of(
     chain: ScrewChain,
     corank: int,
-    found: Search,
+    found: SearchEnds,
     rng: np.random.Generator,
     tolerance: float = TOLERANCE,
     *,
