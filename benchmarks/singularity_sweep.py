@@ -28,7 +28,7 @@ from robust_ik.kinematics.svd import svd
 from robust_ik.singularities.atlas.atlas import SingularityAtlas
 from robust_ik.singularities.atlas.evidence import Completeness
 from robust_ik.singularities.families.stratum import Stratum
-from robust_ik.singularities.geometry.constants import axes_at_zero, constants
+from robust_ik.singularities.geometry.screw_chain import axes_at_zero, constants
 
 JOINTS = (6, 7)
 COLUMNS = (

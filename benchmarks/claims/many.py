@@ -11,7 +11,7 @@ import numpy as np
 
 import robust_ik as rik
 from robust_ik.checks import Array
-from robust_ik.control.resolvers.baselines import LeakingPriority
+from robust_ik.control.resolvers.classical_projections import LeakingPriority
 from robust_ik.control.tasks import FrameTask, PostureTask, Task
 from robust_ik.inverses import RobustInverse
 from robust_ik.kinematics.twist_rows import ROWS

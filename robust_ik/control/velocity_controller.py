@@ -19,9 +19,9 @@ from robust_ik.control.resolution import Resolution
 from robust_ik.control.resolvers import Resolver, TaskPriority
 from robust_ik.control.resolvers.base import InverseResolver
 from robust_ik.control.resolvers.step_status import reductions, verdict
+from robust_ik.control.scaled_levels import Units
 from robust_ik.control.tasks import Levels, Stack, Task, checked_stack
 from robust_ik.control.tasks.base import Drive, Moment
-from robust_ik.control.units import Units
 from robust_ik.errors import InputError
 from robust_ik.inverses import JParse, RobustInverse
 from robust_ik.inverses.task_equation import TaskEquation, stacked

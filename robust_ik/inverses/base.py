@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, as_array, as_number
 from robust_ik.errors import InputError
-from robust_ik.inverses.pieces import apply_gains
+from robust_ik.inverses.damping_formulas import apply_gains
 from robust_ik.inverses.task_equation import TaskEquation
 from robust_ik.kinematics.svd import SMALLEST_SIGMA, svd
 

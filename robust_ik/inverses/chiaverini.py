@@ -11,9 +11,8 @@ from numpy.typing import ArrayLike
 
 from robust_ik.checks import checked_parameter
 from robust_ik.inverses.base import Card
+from robust_ik.inverses.damping_formulas import Quantity, damped, damped_gain, fading, fading_damping
 from robust_ik.inverses.gain_formula import GainFormula
-from robust_ik.inverses.gain_pieces import Quantity, damped, fading
-from robust_ik.inverses.pieces import damped_gain, fading_damping
 
 
 @dataclass(frozen=True)

@@ -14,9 +14,8 @@ from robust_ik.checks import Array, as_array, checked_parameter
 from robust_ik.checks.public_arguments import check_type
 from robust_ik.inverses.base import Card, Jump
 from robust_ik.inverses.chiaverini import largest_fading_gain
+from robust_ik.inverses.damping_formulas import Quantity, damped, damped_gain, fading, fading_damping
 from robust_ik.inverses.gain_formula import GainFormula
-from robust_ik.inverses.gain_pieces import Quantity, damped, fading
-from robust_ik.inverses.pieces import damped_gain, fading_damping
 from robust_ik.kernels.compiler.where import where
 
 

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from robust_ik.checks import Array, as_array, check_leading_axes, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card, RobustInverse
-from robust_ik.inverses.pieces import applied, damped_gain
+from robust_ik.inverses.damping_formulas import applied, damped_gain
 from robust_ik.kinematics.svd import SMALLEST_SIGMA, svd
 
 Variant = Literal["plain", "scaled", "floored"]

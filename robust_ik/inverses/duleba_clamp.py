@@ -11,15 +11,14 @@ from numpy.typing import ArrayLike
 from robust_ik.checks import Array, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card, Jump
+from robust_ik.inverses.damping_formulas import Quantity, check_level, kept_or_zero
 from robust_ik.inverses.gain_formula import GainFormula
-from robust_ik.inverses.gain_pieces import Quantity, kept_or_zero
-from robust_ik.inverses.pieces import check_level
 from robust_ik.kernels.compiler.where import where
 
 
 @dataclass(frozen=True)
 class DulebaClamp(GainFormula):
-    """φ(σ) = 1/max(σ, d_min).
+    """φ(σ) = 1/max(σ, d_min) for σ > 0, and φ(0) = 0: at σ = 0 itself the signs of u and v are arbitrary.
 
     With `gamma` this is J-PARSE's ablation JacobianSafety: see `ablations`.
 
@@ -38,7 +37,7 @@ class DulebaClamp(GainFormula):
 
     source: ClassVar[str] = "Duleba 2023, eq. (22); J-PARSE 2025, eq. (58)"
     card: ClassVar[Card] = Card(
-        formula="1/max(σ, d_min); d_min absolute or γσ₁",
+        formula="1/max(σ, d_min), 0 at σ = 0; d_min absolute or γσ₁",
         largest_gain="1/d_min; 1/detect where detect < d_min",
         gain_at_zero="1/d_min",
         exact="σ ≥ d_min; σ ≥ detect",

@@ -12,9 +12,8 @@ from numpy.typing import ArrayLike
 from robust_ik.checks import Array, as_measures, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card
+from robust_ik.inverses.damping_formulas import Quantity, falling_zero, kept_or_zero
 from robust_ik.inverses.gain_formula import GainFormula
-from robust_ik.inverses.gain_pieces import Quantity, kept_or_zero
-from robust_ik.inverses.pieces import falling_zero
 from robust_ik.inverses.task_equation import TaskEquation
 from robust_ik.kernels.compiler.where import where
 from robust_ik.kinematics.singular_value_gradients import singular_value_gradients

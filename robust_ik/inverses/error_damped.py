@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from robust_ik.checks import Array, as_measures, check_leading_axes, checked_parameter
 from robust_ik.inverses.base import Card, RobustInverse
 from robust_ik.inverses.damped_least_squares import DampedLeastSquares
-from robust_ik.inverses.pieces import applied, damped_gain
+from robust_ik.inverses.damping_formulas import applied, damped_gain
 from robust_ik.inverses.task_equation import TaskEquation
 from robust_ik.kinematics.svd import RANK_TOLERANCE, svd
 

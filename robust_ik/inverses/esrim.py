@@ -13,8 +13,8 @@ from robust_ik.checks import Array, checked_parameter
 from robust_ik.checks.public_arguments import check_type
 from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card
+from robust_ik.inverses.damping_formulas import Quantity, damped
 from robust_ik.inverses.gain_formula import GainFormula
-from robust_ik.inverses.gain_pieces import Quantity, damped
 
 BetaRule = Literal["floor", "linear", "chiaverini"]
 AlphaMode = Literal["scalar", "singular"]

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array
 from robust_ik.inverses.base import SingularValueFilter
-from robust_ik.inverses.gain_pieces import Quantity
+from robust_ik.inverses.damping_formulas import Quantity
 
 
 class GainFormula(SingularValueFilter):

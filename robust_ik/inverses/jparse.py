@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 from robust_ik.checks import checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card, Jump
+from robust_ik.inverses.damping_formulas import Quantity
 from robust_ik.inverses.gain_formula import GainFormula
-from robust_ik.inverses.gain_pieces import Quantity
 from robust_ik.kernels.compiler.where import where
 
 

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from robust_ik.checks import Array, as_array, as_measures, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card, RobustInverse
-from robust_ik.inverses.pieces import applied
+from robust_ik.inverses.damping_formulas import applied
 from robust_ik.inverses.weighted import check_linear_rows, leading_rows
 from robust_ik.kinematics.svd import null_projector, svd
 

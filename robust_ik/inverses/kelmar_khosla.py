@@ -12,7 +12,7 @@ from robust_ik.checks import Array, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card, RobustInverse
 from robust_ik.inverses.damped_least_squares import DampedLeastSquares
-from robust_ik.inverses.pieces import apply_gains, damped_gain
+from robust_ik.inverses.damping_formulas import apply_gains, damped_gain
 from robust_ik.kinematics.svd import RANK_TOLERANCE, svd
 
 

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 
 from robust_ik.checks import checked_parameter
 from robust_ik.inverses.base import Card, Jump
+from robust_ik.inverses.damping_formulas import Quantity, kept_or_zero
 from robust_ik.inverses.gain_formula import GainFormula
-from robust_ik.inverses.gain_pieces import Quantity, kept_or_zero
 from robust_ik.kinematics.svd import RANK_TOLERANCE
 
 

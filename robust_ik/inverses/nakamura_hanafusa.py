@@ -11,9 +11,8 @@ from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, checked_parameter
 from robust_ik.inverses.base import LARGE_SIGMA, Card
+from robust_ik.inverses.damping_formulas import Quantity, damped, falling_zero
 from robust_ik.inverses.gain_formula import GainFormula
-from robust_ik.inverses.gain_pieces import Quantity, damped
-from robust_ik.inverses.pieces import falling_zero
 from robust_ik.kernels.compiler.where import where
 
 

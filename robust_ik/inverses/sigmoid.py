@@ -12,9 +12,8 @@ from numpy.typing import ArrayLike
 from robust_ik.checks import checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card
+from robust_ik.inverses.damping_formulas import Quantity, damped, falling_zero
 from robust_ik.inverses.gain_formula import GainFormula
-from robust_ik.inverses.gain_pieces import Quantity, damped
-from robust_ik.inverses.pieces import falling_zero
 
 STEEPEST = 600.0
 """Of shift/slope: beyond it e^(−w/h) underflows."""

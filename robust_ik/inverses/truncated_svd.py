@@ -10,9 +10,8 @@ from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array
 from robust_ik.inverses.base import Card, Jump
+from robust_ik.inverses.damping_formulas import Quantity, check_level, kept_or_zero
 from robust_ik.inverses.gain_formula import GainFormula
-from robust_ik.inverses.gain_pieces import Quantity, kept_or_zero
-from robust_ik.inverses.pieces import check_level
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from robust_ik.checks import Array, as_array, as_measures, check_leading_axes, c
 from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card, RobustInverse
 from robust_ik.inverses.chiaverini import largest_fading_gain
-from robust_ik.inverses.pieces import applied, damped_gain, fading_damping
+from robust_ik.inverses.damping_formulas import applied, damped_gain, fading_damping
 from robust_ik.kinematics.svd import svd
 
 

@@ -1,13 +1,13 @@
-"""PoseSolver: inverse kinematics of one frame in some rows, prepared once. Arrays only."""
+"""PoseSolver: inverse kinematics of one frame in some rows, prepared once; many targets in pieces. Arrays only."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from concurrent.futures import Executor
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Any
+from functools import cached_property, partial
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,17 +18,20 @@ from robust_ik.kernels.pose import pose_layout as lay
 from robust_ik.kinematics.chain import Chain
 from robust_ik.kinematics.svd import singular_values
 from robust_ik.kinematics.twist_rows import ROWS
-from robust_ik.pose_ik.batch import cut, run
 from robust_ik.pose_ik.inputs import as_pose, as_poses, as_start, as_starts, plain, refuse
 from robust_ik.pose_ik.options import Effort, Prefer, pack_options
 from robust_ik.pose_ik.packing import pack
 from robust_ik.pose_ik.result import PoseResult, PoseResults, SeveralSolutions
-from robust_ik.pose_ik.units import PoseUnits
+from robust_ik.pose_ik.scaled_problem import PoseUnits
+from robust_ik.runtime.parallel import run_pieces
 
 ROTATION_TOLERANCE, APART = 1e-8, 0.1
 USUAL = ("nearest", 1, "normal", None, ROTATION_TOLERANCE, None, APART)
 MOST_KEPT = 64
 """Sets of options that a solver keeps as kernels read them."""
+
+PIECE = 1024
+"""Targets in a piece: the same whatever does them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,3 +220,56 @@ class Setup:
         self._problem = problem  # kept alive
         self._where = np.array([id(np.ndarray), problem.ctypes.data, options.ctypes.data], dtype=np.int64)
         self.address = int(self._where.ctypes.data)
+
+
+Done = tuple[Array, Array]
+
+
+class Piece(NamedTuple):
+    """Some targets."""
+
+    targets: Array
+    q0: Array
+    options: Array
+    solutions: int
+
+
+def cut(targets: Array, q0: Array, options: Array, solutions: int) -> list[Piece]:
+    """Targets (N, 4, 4) with q0 (N, nq) or (1, nq), in pieces."""
+    return [
+        Piece(targets[i : i + PIECE], q0 if len(q0) == 1 else q0[i : i + PIECE], options, solutions)
+        for i in range(0, len(targets), PIECE)
+    ]
+
+
+def solve_piece(solver: PoseSolver, piece: Piece) -> Done:
+    """Solutions (N, s, nq) and numbers of one piece."""
+    from robust_ik.kernels.pose.pose_search import solve_many  # imports Numba, half a second: only where it is needed
+
+    wanted, count = int(piece.options[lay.WANTED]), len(piece.targets)
+    q, numbers = np.full((count, wanted, solver.chain.nq), np.nan), np.empty((count, lay.NUMBERS))
+    targets, q0 = np.ascontiguousarray(piece.targets), np.ascontiguousarray(piece.q0)
+    solve_many.compiled(solver.problem, piece.options, targets, q0, q, numbers)
+    return q[:, : piece.solutions], numbers
+
+
+def run(
+    solver: PoseSolver,
+    pieces: Sequence[Piece],
+    threads: int,
+    executor: Executor | None,
+    progress: Callable[[int, int], None] | None,
+) -> list[Done]:
+    """The results of all pieces, in their order.
+
+    Raises:
+        InputError: `threads` is no count.
+    """
+    if isinstance(threads, bool) or not isinstance(threads, (int, np.integer)) or threads < 1:
+        raise InputError(f"threads must be a whole number of at least 1, got {threads!r}")
+    work = partial(solve_piece, solver)
+    if executor is not None or threads == 1 or len(pieces) < 2:
+        return run_pieces(work, pieces, executor, progress)
+    solver.problem  # noqa: B018 - made once, before threads ask for it
+    with ThreadPoolExecutor(int(threads)) as pool:
+        return run_pieces(work, pieces, pool, progress)

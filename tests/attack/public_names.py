@@ -34,8 +34,8 @@ MOST_SECONDS = 60.0
 RECORDS = {
     "Explanation", "PoseResult", "PoseResults", "Resolution", "LevelResult", "NewtonResult", "Trajectory", "Stratum",
     "SingularityAtlas", "WorkspaceMap", "Cells", "PairDistance", "IgnoredPair", "PoseSolver", "Robot", "CollisionLimit",
-    "JointLimits", "Ablation", "Card", "Jump", "TrackingReport", "Comparison", "Leaf", "Place", "Proof", "Relation",
-    "Box", "Sphere", "Cylinder", "Verdict", "DrawnRobot", "MissingMesh", "Certificate",
+    "JointLimits", "Ablation", "Card", "Jump", "TrackingReport", "Comparison", "ProofLeaf", "LeafPlace", "Proof",
+    "JointRelation",    "Box", "Sphere", "Cylinder", "Verdict", "DrawnRobot", "MissingMesh", "Certificate",
     "Standstill",
 }  # fmt: skip
 """What the package makes and hands out; their constructors are for it alone."""

@@ -10,8 +10,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import robust_ik as rik
 from robust_ik.control.problem import VelocityProblem
+from robust_ik.control.scaled_levels import Units
 from robust_ik.control.tasks import Task
-from robust_ik.control.units import Units
 from robust_ik.description.urdf.urdf_reader import parse_urdf
 from robust_ik.inverses.task_equation import TaskEquation
 from tests.arms import arm_of

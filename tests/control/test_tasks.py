@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 
 import robust_ik as rik
 from robust_ik.control.tasks import FrameTask, TwistTask
-from robust_ik.control.tasks.pose_error import perpendicular, rotation_vector, swing
+from robust_ik.control.tasks.pose_difference import perpendicular, rotation_vector, swing
 from robust_ik.control.tasks.target_paths import pose
 from tests.screws import rotation
 

@@ -8,7 +8,7 @@ import robust_ik as rik
 from robust_ik.analysis.stability import projector_leak
 from robust_ik.control.bounds import Bounds
 from robust_ik.control.problem import VelocityProblem
-from robust_ik.control.resolvers.baselines import LeakingPriority
+from robust_ik.control.resolvers.classical_projections import LeakingPriority
 from robust_ik.inverses.baselines import BASELINES, SlowDown, StopAtSingularity
 from robust_ik.inverses.task_equation import TaskEquation
 from robust_ik.kinematics.svd import null_projector

@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import robust_ik as rik
 from robust_ik import PoseSolver, PoseStatus
-from robust_ik.control.tasks.pose_error import error_in_rows, pose_error
+from robust_ik.control.tasks.pose_difference import error_in_rows, pose_error
 from robust_ik.robot.reach import find_reach
 from robust_ik.runtime.parallel import process_pool
 from tests import pinocchio_reference

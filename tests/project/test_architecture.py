@@ -15,7 +15,7 @@ PAGE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
 CONTRIBUTING = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
 MOST = 16
 """Files of a folder."""
-PLUG_INS = {"inverses", "control/tasks", "control/resolvers"}
+PLUG_INS = {"inverses", "control/tasks"}
 """Folders of which each file is one of a kind: they may have more."""
 
 

@@ -12,8 +12,7 @@ from robust_ik.kinematics.svd import full_svd
 from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.singularities.find.projection_search import LONGEST_STEP, step
 from robust_ik.singularities.find.rank_residual import Residual
-from robust_ik.singularities.geometry.constants import axes_at_zero
-from robust_ik.singularities.geometry.screw_chain import ScrewChain
+from robust_ik.singularities.geometry.screw_chain import ScrewChain, axes_at_zero
 from tests import screw_chain_reference as reference
 from tests.robot.test_robot import chains
 

@@ -13,7 +13,7 @@ from robust_ik.analysis.evaluation.modification import matching_squared_damping
 from robust_ik.checks import Array, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card, SingularValueFilter
-from robust_ik.inverses.pieces import damped_gain
+from robust_ik.inverses.damping_formulas import damped_gain
 
 
 @dataclass(frozen=True)

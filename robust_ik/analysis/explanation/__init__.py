@@ -1,6 +1,6 @@
 """What an inverse made of one commanded velocity, direction by direction. Arrays only."""
 
+from robust_ik.analysis.explanation.explanation import Explanation, explain, unavoidable_angle
 from robust_ik.analysis.explanation.singular_directions import Branch, Direction
-from robust_ik.analysis.explanation.step import Explanation, explain, unavoidable_angle
 
 __all__ = ["Branch", "Direction", "Explanation", "explain", "unavoidable_angle"]

@@ -1,8 +1,8 @@
 """Resolvers: from levels of tasks and bounds to joint velocities."""
 
+from robust_ik.control.fitting.limiters import Limiter, QuadraticProgram, Saturation, Scaling, Sliding
 from robust_ik.control.resolvers.base import InverseResolver, Resolver
 from robust_ik.control.resolvers.decoupled_priority import DecoupledPriority
-from robust_ik.control.resolvers.limiters import Limiter, QuadraticProgram, Saturation, Scaling, Sliding
 from robust_ik.control.resolvers.priority_resolver import PriorityResolver
 from robust_ik.control.resolvers.task_priority import TaskPriority
 from robust_ik.control.resolvers.task_reconstruction import TaskReconstruction

@@ -11,15 +11,15 @@ import numpy as np
 
 from robust_ik.checks import Array, checked_parameter
 from robust_ik.checks.public_arguments import check_type
+from robust_ik.control.fitting.acceleration_ramp import ramped
+from robust_ik.control.fitting.feasible_start import feasible_start
+from robust_ik.control.fitting.level_fit import Wish
+from robust_ik.control.fitting.limiters import Eased, Limiter, Sliding
+from robust_ik.control.fitting.null_space import Freedom, Reduced
+from robust_ik.control.fitting.steadying import steadied
 from robust_ik.control.problem import VelocityProblem
 from robust_ik.control.resolution import Resolution
-from robust_ik.control.resolvers.acceleration_ramp import ramped
 from robust_ik.control.resolvers.base import MAX_MEMORIES, InverseResolver
-from robust_ik.control.resolvers.feasible_start import feasible_start
-from robust_ik.control.resolvers.fitting import Wish
-from robust_ik.control.resolvers.limiters import Eased, Limiter, Sliding
-from robust_ik.control.resolvers.null_space import Freedom, Reduced
-from robust_ik.control.resolvers.steadying import steadied
 from robust_ik.control.resolvers.step_status import verdict
 from robust_ik.errors import InputError
 from robust_ik.inverses import RobustInverse

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from robust_ik.checks import Array
-from robust_ik.control.resolvers.filtered_motion import filtered_motion
+from robust_ik.control.fitting.filtered_motion import filtered_motion
 from robust_ik.control.resolvers.priority_resolver import PriorityResolver, Settled
 
 

@@ -10,7 +10,7 @@ from robust_ik.control.tasks.joint_range import JointRangeTask
 from robust_ik.control.tasks.manipulability import ManipulabilityTask
 from robust_ik.control.tasks.measure_climbing import ClimbingTask
 from robust_ik.control.tasks.orientation import OrientationTask
-from robust_ik.control.tasks.pose_error import pose_error
+from robust_ik.control.tasks.pose_difference import pose_error
 from robust_ik.control.tasks.position import PositionTask
 from robust_ik.control.tasks.posture import PostureTask
 from robust_ik.control.tasks.relative import RelativeTask

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, checked_cap, checked_parameter, readonly
 from robust_ik.control.tasks.base import Task
-from robust_ik.control.tasks.pose_error import perpendicular, swing
+from robust_ik.control.tasks.pose_difference import perpendicular, swing
 from robust_ik.control.tasks.pose_feedback import capped
 from robust_ik.control.tasks.task_arguments import checked_frame, one_configuration, one_vector
 from robust_ik.errors import InputError

@@ -11,7 +11,7 @@ import numpy as np
 from robust_ik.checks import Array
 from robust_ik.control.tasks.base import Task
 from robust_ik.control.tasks.frame import FrameTask
-from robust_ik.control.tasks.pose_error import pose_error
+from robust_ik.control.tasks.pose_difference import pose_error
 from robust_ik.control.tasks.stack import Stack, checked_levels
 from robust_ik.control.tasks.target_paths import Path
 from robust_ik.errors import InputError

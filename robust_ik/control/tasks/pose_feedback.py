@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array
-from robust_ik.control.tasks.pose_error import error_in_rows
+from robust_ik.control.tasks.pose_difference import error_in_rows
 from robust_ik.control.tasks.task_arguments import indices, lengths, one_configuration
 from robust_ik.inverses.task_equation import TaskEquation
 from robust_ik.kinematics.twist_rows import ROWS

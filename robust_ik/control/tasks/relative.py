@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from robust_ik.checks import Array, checked_cap, checked_parameter
 from robust_ik.control.tasks.base import Task
 from robust_ik.control.tasks.frame import one_pose
-from robust_ik.control.tasks.pose_error import cross
+from robust_ik.control.tasks.pose_difference import cross
 from robust_ik.control.tasks.pose_feedback import Feedback, FrameMotion, rotated
 from robust_ik.control.tasks.task_arguments import checked_choice, checked_frame, checked_selection, one_vector
 from robust_ik.errors import InputError

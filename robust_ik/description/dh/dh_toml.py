@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from robust_ik.checks import Array
-from robust_ik.description.dh.dh_checks import checked_numbers, checked_rigid, shown
-from robust_ik.description.dh.dh_table import DHJoint, DHTable, screw
+from robust_ik.description.dh.dh_table import DHJoint, DHTable, checked_numbers, checked_rigid, screw, shown
 from robust_ik.description.toml_bounds import read_toml
 from robust_ik.errors import DHError, suggest
 from robust_ik.runtime.files import read_file

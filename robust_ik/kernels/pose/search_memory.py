@@ -9,7 +9,7 @@ from robust_ik.kernels.compiler.stack_memory import ONE, Pointer, further, sizes
 from robust_ik.kernels.pose import pose_layout as lay
 from robust_ik.kernels.pose.boundary_solutions import press, pressable
 from robust_ik.kernels.pose.newton_polish import TWELVE, polish, reached
-from robust_ik.kernels.pose.random_starts import random_values
+from robust_ik.kernels.pose.random_values import random_values
 from robust_ik.kernels.pose.solution_ranking import WHOLE, apart, is_new, read_configuration, unwind
 from robust_ik.kernels.pose.start_table import bring, nearest, rate
 from robust_ik.kernels.pose.target_checks import unreachable

@@ -10,7 +10,7 @@ from robust_ik.kernels.matrices.jacobi_rotations import ALL, orthogonalise
 from robust_ik.kernels.pose import pose_layout as lay
 from robust_ik.kernels.pose.damped_step import columns
 from robust_ik.kernels.pose.newton_polish import ROOM, SIX, TWELVE, look
-from robust_ik.kernels.pose.random_starts import within
+from robust_ik.kernels.pose.random_values import within
 
 WHOLE = 2.0 * math.pi
 MOST_FOUND = sizes(lay.MOST_FOUND)

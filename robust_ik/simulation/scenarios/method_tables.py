@@ -19,7 +19,7 @@ from robust_ik.control.resolvers import (
     TaskReconstruction,
     WeightedPriority,
 )
-from robust_ik.control.resolvers.baselines import LeakingPriority
+from robust_ik.control.resolvers.classical_projections import LeakingPriority
 from robust_ik.errors import InputError, listed, suggest
 from robust_ik.inverses import CLASSES, JParse, RobustInverse
 from robust_ik.inverses.baselines import BASELINES

@@ -13,8 +13,7 @@ from robust_ik.certificates.proof.leaf_points import members
 from robust_ik.certificates.proof.proof import Arm
 from robust_ik.checks import Array
 from robust_ik.singularities.atlas.evidence import Completeness, Evidence
-from robust_ik.singularities.families.leaf import Leaf
-from robust_ik.singularities.families.leaf_solving import solved
+from robust_ik.singularities.families.leaf import Leaf, solved
 from robust_ik.singularities.families.leaf_survey import accounts
 from robust_ik.singularities.find.rank_residual import Indices, coranks
 from robust_ik.singularities.find.tangent_walk import polished, relative_sigmas

@@ -20,8 +20,7 @@ from robust_ik.description.dh.dh_table import DHTable
 from robust_ik.description.dh.dh_toml import read_dh
 from robust_ik.errors import InputError, LoadError
 from robust_ik.singularities.conditions.condition_notation import symbols
-from robust_ik.singularities.geometry.reachable import reachable_rows
-from robust_ik.singularities.geometry.screw_chain import ScrewChain
+from robust_ik.singularities.geometry.screw_chain import ScrewChain, reachable_rows
 from robust_ik.singularities.geometry.straightening import straightened
 
 if TYPE_CHECKING:

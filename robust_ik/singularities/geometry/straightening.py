@@ -12,8 +12,7 @@ import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.kinematics.chain import axis_frames
-from robust_ik.singularities.geometry.constants import axes_at_zero
-from robust_ik.singularities.geometry.screw_chain import ScrewChain
+from robust_ik.singularities.geometry.screw_chain import ScrewChain, axes_at_zero
 
 if TYPE_CHECKING:
     from robust_ik.robot.robot import Robot

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 
 from robust_ik.checks import Array
 from robust_ik.checks.public_arguments import check_type
-from robust_ik.control.resolvers.bounded_qp import check_backend, share_of
-from robust_ik.control.resolvers.fitting import Wish, directed, nearest, slowed, within_speeds
+from robust_ik.control.fitting.bounded_qp import check_backend, share_of
+from robust_ik.control.fitting.level_fit import Wish, directed, nearest, slowed, within_speeds
 
 RISE = 0.5
 """How long the share of a level that was stopped takes from nothing to all, s."""

@@ -25,7 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robust_ik.checks import Array
-from robust_ik.control.resolvers.null_space import Reduced
+from robust_ik.control.fitting.null_space import Reduced
 
 PRICE = 1e-3
 """The least that a motion costs, over σ₁²: as damping of √PRICE σ₁ of the arm without the joints that are held."""

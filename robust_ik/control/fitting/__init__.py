@@ -1,0 +1,1 @@
+"""How one level's wish is fitted into the bounds: null spaces, the programs, what motion costs, limiters."""
