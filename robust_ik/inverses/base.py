@@ -30,7 +30,8 @@ class Card:
     Attributes:
         formula: φ(σ), or what is solved.
         largest_gain: Least upper bound of ‖q̇‖/‖ẋ‖.
-        gain_at_zero: φ(0⁺), or what happens along a direction that is lost.
+        gain_at_zero: φ(0⁺), or what happens along a direction that is almost lost; φ(0) itself is 0 for every filter,
+            and `formula` says so where it would read otherwise.
         exact: Where J q̇ = ẋ.
         continuity: "continuous", or where it jumps.
     """
@@ -195,7 +196,10 @@ class SingularValueFilter(RobustInverse):
         """Where σφ = 1, so that the task is met along that direction, for a whole spectrum; (..., k) of bool."""
 
     def gain_at_zero(self, sigma_max: float) -> float:  # noqa: ARG002
-        """φ(0⁺): the speed per task speed commanded along one direction that is almost lost, the others being σ₁."""
+        """φ(0⁺): the speed per task speed commanded along one direction that is almost lost, the others being σ₁.
+
+        At σ = 0 itself every filter gives 0.
+        """
         return 0.0
 
     def jumps(self, sigma_max: float) -> tuple[Jump, ...]:

@@ -45,7 +45,7 @@ class EDLS(GainFormula):
 
     source: ClassVar[str] = "Carmichael-Liu-Waldron 2017"
     card: ClassVar[Card] = Card(
-        formula="d/σ, d = max(0, 1 − β^((σ − s₋)/(s₊ − s₋)))",
+        formula="d/σ, 0 at σ = 0; d = max(0, 1 − β^((σ − s₋)/(s₊ − s₋)))",
         largest_gain="−ln β/s₊ for s₋ = 0; 4.397 for s₋ = 0.1",
         gain_at_zero="−ln β/s₊ for s₋ = 0, else 0",
         exact="nowhere; 1 − β at s₊",

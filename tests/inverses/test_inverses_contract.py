@@ -277,6 +277,15 @@ def test_the_declared_gain_at_zero_is_the_limit(inverse):
             assert_allclose(near, declared, rtol=1e-9, atol=1e-9)
 
 
+@all_filters
+def test_what_is_lost_exactly_is_given_nothing_and_the_card_says_so_where_one_would_think_otherwise(inverse):
+    for sigma_max in (0.1, 1.0, 7.0):
+        assert inverse.gains(np.array([sigma_max, 0.0]))[1] == 0
+    says = "0 at σ = 0" in inverse.card.formula
+    if inverse.gain_at_zero(1.0) != 0:
+        assert says
+
+
 @pytest.mark.parametrize("inverse", [case for case in CASES if case.continuous], ids=repr)
 def test_a_continuous_filter_is_continuous_along_any_path_of_jacobians(inverse, rng):
     """Through regular, corank 1 and corank 2 matrices, and through coinciding singular values."""
