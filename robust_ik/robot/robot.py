@@ -27,6 +27,7 @@ from robust_ik.kinematics.chain import Chain
 from robust_ik.kinematics.twist_rows import ROWS, checked_rows
 from robust_ik.pose_ik import PoseOptions, PoseResult, PoseResults, PoseSolver, wanted_rows
 from robust_ik.pose_ik.size import find_size, is_usual, offsets_of, unit_of
+from robust_ik.robot.default_rest import default_rest
 from robust_ik.robot.joint_map import JointMap
 from robust_ik.robot.pinocchio_model import PinocchioModel, build_model, joints_to_keep
 from robust_ik.runtime.files import checked_folders
@@ -54,7 +55,8 @@ class Robot:
         lower: Lower limits of the n joints, rad or m; −∞ where none is stated.
         upper: Upper limits of the n joints, rad or m; +∞ where none is stated.
         velocity_limit: Speed limits of the n joints, rad/s or m/s; +∞ where none is stated.
-        rest: A configuration to start from, (nq,): the catalogue's, else zero moved inside the limits.
+        rest: A configuration to start from, (nq,): the catalogue's, else zero moved inside the limits, with a few
+            joints bent where the tip has lost a motion there.
         guess: Why this tip was taken, where none was given and the choice is not plain; else empty.
     """
 
@@ -133,13 +135,8 @@ class Robot:
 
         description = parse_urdf(dh_to_urdf(table), source=f"the URDF of DH table {table.name}")
         robot = cls.from_description(description, "tool", rows=table.rows)
-        return replace(
-            robot,
-            lower=table.lower,
-            upper=table.upper,
-            velocity_limit=table.velocity,
-            rest=np.clip(0.0, table.lower, table.upper) if table.rest is None else table.rest,
-        )
+        robot = replace(robot, lower=table.lower, upper=table.upper, velocity_limit=table.velocity)
+        return replace(robot, rest=default_rest(robot) if table.rest is None else table.rest)
 
     @classmethod
     def from_description(
@@ -173,7 +170,7 @@ class Robot:
             guess=guess,
         )
         tell_once(description.source, robot.notes)
-        return robot
+        return replace(robot, rest=default_rest(robot))
 
     def with_rows(self, rows: Sequence[str]) -> Robot:
         """The same robot with other task rows."""

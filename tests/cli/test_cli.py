@@ -88,7 +88,11 @@ def test_info_says_what_a_person_checks_first(command):
 
 
 def test_info_says_that_a_rest_is_singular_and_that_meshes_are_missing(command, tmp_path):
-    assert "infinite: the rest is singular" in command("info", "ur5")[1]
+    link, stretched = "{ a = 1, d = 0, alpha = 0 }", tmp_path / "stretched.toml"
+    stretched.write_text(
+        f'convention = "standard"\nangles = "deg"\nrows = ["x", "y"]\nrest = [0, 0]\njoint = [{link}, {link}]'
+    )
+    assert "infinite: the rest is singular" in command("info", str(stretched))[1]
     out = command("info", "romeo_laas_small", "--tip", "l_gripper")[1]
     assert "is none of .stl" in out
 
