@@ -5,7 +5,7 @@ PY := $(VENV)/bin/python
 PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11 python; do \
 	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' >/dev/null 2>&1 && { echo $$p; break; }; done)
 
-.PHONY: demo test test-quick test-everywhere soak attack notebooks check wheel clean
+.PHONY: demo test test-quick test-everywhere soak attack notebooks docs check wheel clean
 
 demo: $(VENV)/.ready
 	$(VENV)/bin/robust-ik demo --output out/demo.html
@@ -30,6 +30,12 @@ attack: $(VENV)/.ready
 # Every notebook run, and kept as a page without scripts.
 notebooks: $(VENV)/.ready
 	$(PY) -m benchmarks.notebooks
+
+# The documentation site in out/docs: every warning is an error, every link is followed, nothing comes from elsewhere.
+docs: $(VENV)/.ready
+	$(VENV)/bin/sphinx-build -q -E -W --keep-going -c docs/site -d out/doctrees . out/docs
+	$(PY) docs/site/check_links.py out/docs
+	@echo "the documentation is in out/docs/docs/index.html"
 
 check: $(VENV)/.ready
 	$(VENV)/bin/ruff check .

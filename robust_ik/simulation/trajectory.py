@@ -63,7 +63,7 @@ class Trajectory:
     smallest_level_sigma: Array
     corank: Array
     algorithmic: Array
-    status: NDArray[np.object_]
+    status: NDArray[Any]
     active: tuple[tuple[str, ...], ...]
     contradictions: tuple[tuple[str, ...], ...]
     seconds_per_step: float
