@@ -67,7 +67,7 @@ def compare(
 def _chosen(scenario: Scenario, names: list[str] | None) -> dict[str, Method]:
     """Methods by label: those of the scenario, or those that are named."""
     from robust_ik.inverses import CLASSES
-    from robust_ik.simulation.scenarios.method_tables import RESOLVERS
+    from robust_ik.simulation.scenarios import RESOLVERS
 
     if not names:
         if not scenario.methods:

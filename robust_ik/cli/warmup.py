@@ -21,7 +21,7 @@ def warmup(
     """Compile what control loops, pose solvers and searches run, once on this machine; later it is read from disk."""
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-    from robust_ik.control.compiled_step.kernel_warmup import warmup as compile_ahead
+    from robust_ik.control.compiled_step import warmup as compile_ahead
     from robust_ik.robot.loading import load
 
     arm = (

@@ -11,9 +11,9 @@ import numpy as np
 
 from robust_ik.checks.public_arguments import checked_but
 from robust_ik.description.catalog import Entry, catalog, find
-from robust_ik.description.dh.dh_toml import read_dh
+from robust_ik.description.dh import read_dh
 from robust_ik.description.robot_modules import DescribedRobot, described, of_module
-from robust_ik.description.urdf.xacro_files import checked_arguments
+from robust_ik.description.urdf import checked_arguments
 from robust_ik.errors import InputError, LoadError, cut
 from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.robot.robot import Robot

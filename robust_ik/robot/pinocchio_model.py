@@ -15,7 +15,7 @@ import pinocchio as pin
 from robust_ik.checks import Array
 from robust_ik.description.joint_tree import Description
 from robust_ik.description.notes import named
-from robust_ik.description.urdf.urdf_reader import fix_joints
+from robust_ik.description.urdf import fix_joints
 from robust_ik.errors import TipError, UrdfError, listed
 from robust_ik.kinematics.chain import REFERENCES, Chain, axis_frames, number_of
 from robust_ik.robot.joint_map import JointMap

@@ -18,10 +18,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from robust_ik.checks import Array, alone, as_array, check_leading_axes, readonly
 from robust_ik.checks.public_arguments import checked, checked_but
-from robust_ik.description.dh.dh_table import DHTable
+from robust_ik.description.dh import DHTable
 from robust_ik.description.joint_tree import Description
 from robust_ik.description.tips import choose_tip
-from robust_ik.description.urdf.urdf_reader import parse_urdf, read_urdf
+from robust_ik.description.urdf import parse_urdf, read_urdf
 from robust_ik.errors import FrameNotFoundError, InputError, TipError, listed, suggest
 from robust_ik.kinematics.chain import Chain
 from robust_ik.kinematics.twist_rows import ROWS, checked_rows
@@ -131,7 +131,7 @@ class Robot:
     @checked
     def from_dh(cls, table: DHTable) -> Self:
         """A robot from a Denavit-Hartenberg table, by way of a URDF; its tip is the link "tool"."""
-        from robust_ik.description.dh.dh_urdf import dh_to_urdf
+        from robust_ik.description.dh import dh_to_urdf
 
         description = parse_urdf(dh_to_urdf(table), source=f"the URDF of DH table {table.name}")
         robot = cls.from_description(description, "tool", rows=table.rows)

@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, as_array, checked_parameter, readonly
 from robust_ik.checks.public_arguments import check_type, checked
-from robust_ik.control.limits import Limit
-from robust_ik.control.limits.base import checked_limits
+from robust_ik.control.limits import Limit, checked_limits
 from robust_ik.control.resolvers import Resolver
 from robust_ik.control.tasks import Stack, Task, checked_stack
 from robust_ik.errors import InputError, suggest

@@ -1,5 +1,6 @@
 """The architecture page, and the contracts that hold it."""
 
+import ast
 import re
 import shutil
 import subprocess
@@ -78,6 +79,31 @@ def test_no_modules_import_each_other_in_a_circle():
     assert circles(imports) == set()
     imports["robust_ik.singularities.atlas.search_state"] |= {"robust_ik.singularities.atlas.atlas"}
     assert "robust_ik.singularities.atlas.atlas" in circles(imports)
+
+
+def reached_into(importer, text):
+    """Imports of a module inside another room's folder, past what the folder hands on, and of private names."""
+    found = []
+    for node in ast.walk(ast.parse(text)):
+        if not isinstance(node, ast.ImportFrom) or not (node.module or "").startswith("robust_ik."):
+            continue
+        room, *inside = node.module.removeprefix("robust_ik.").split(".")
+        if len(inside) >= 2 and room not in (importer.split("/")[0], "kernels"):
+            found.append(f"{importer} reaches into {node.module}")
+        found += [f"{importer} imports the private {each.name}" for each in node.names if each.name.startswith("_")]
+    return found
+
+
+def test_a_folder_of_another_room_is_used_through_what_it_hands_on():
+    """Kernels are imported one by one, where they are called: Numba takes half a second."""
+    for path in PACKAGE.rglob("*.py"):
+        assert reached_into(path.relative_to(PACKAGE).as_posix(), path.read_text(encoding="utf-8")) == []
+    assert reached_into("display/page.py", "from robust_ik.singularities.trace.continuation import follow")
+    assert reached_into("display/page.py", "from robust_ik.singularities.trace import _private")
+    assert not reached_into("display/page.py", "from robust_ik.singularities.trace import Curve")
+    assert not reached_into(
+        "singularities/atlas/atlas.py", "from robust_ik.singularities.trace.continuation import follow"
+    )
 
 
 SMUGGLED = [

@@ -1,1 +1,13 @@
 """A proof as data: cases, their leaves, and what is read from them."""
+
+from robust_ik.certificates.proof.float_jacobian import float_jacobian
+from robust_ik.certificates.proof.leaf_points import members
+from robust_ik.certificates.proof.proof import Arm
+from robust_ik.certificates.proof.untrusted_json import read_json
+
+__all__ = [
+    "Arm",
+    "float_jacobian",
+    "members",
+    "read_json",
+]

@@ -72,7 +72,7 @@ def link_solids(robot: Robot, bodies: Bodies, links: set[str]) -> Iterator[Solid
 
 
 def _geometry(visual: Visual, description: Description, read: dict[Mesh, Geometry]) -> Geometry:
-    from robust_ik.description.meshes.mesh_files import UnreadableMeshError, read_vertices
+    from robust_ik.description.meshes import UnreadableMeshError, read_vertices
 
     if not isinstance(visual.shape, Mesh):
         return primitive(visual.shape)

@@ -8,8 +8,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from robust_ik.description.meshes.mesh_paths import CONVENTIONAL_FOLDERS
-from robust_ik.description.urdf.urdf_checks import safe_tree
+from robust_ik.description.meshes import CONVENTIONAL_FOLDERS
+from robust_ik.description.urdf import safe_tree
 from robust_ik.errors import UrdfError
 from robust_ik.robot.robot import Robot
 from robust_ik.runtime.files import read_file

@@ -2,6 +2,7 @@
 
 from robust_ik.control.fitting.limiters import Limiter, QuadraticProgram, Saturation, Scaling, Sliding
 from robust_ik.control.resolvers.base import InverseResolver, Resolver
+from robust_ik.control.resolvers.classical_projections import LeakingPriority
 from robust_ik.control.resolvers.decoupled_priority import DecoupledPriority
 from robust_ik.control.resolvers.priority_resolver import PriorityResolver
 from robust_ik.control.resolvers.task_priority import TaskPriority
@@ -11,6 +12,7 @@ from robust_ik.control.resolvers.weighted_priority import WeightedPriority
 __all__ = [
     "DecoupledPriority",
     "InverseResolver",
+    "LeakingPriority",
     "Limiter",
     "PriorityResolver",
     "QuadraticProgram",

@@ -17,10 +17,12 @@ from robust_ik.control.tasks.relative import RelativeTask
 from robust_ik.control.tasks.replay import Replay
 from robust_ik.control.tasks.singular_value import SingularValueTask
 from robust_ik.control.tasks.stack import Levels, Stack, checked_levels, checked_stack
+from robust_ik.control.tasks.target_paths import Circle, Keypoints, Line, OutAndBack, Sinusoid, Turning, pose
 from robust_ik.control.tasks.teleoperation import TwistCommand
 from robust_ik.control.tasks.twist import TwistTask
 
 __all__ = [
+    "Circle",
     "ClimbingTask",
     "DampingTask",
     "DirectionTask",
@@ -28,19 +30,25 @@ __all__ = [
     "FrameTask",
     "JointRangeTask",
     "JointTask",
+    "Keypoints",
     "Levels",
+    "Line",
     "ManipulabilityTask",
     "OrientationTask",
+    "OutAndBack",
     "PositionTask",
     "PostureTask",
     "RelativeTask",
     "Replay",
     "SingularValueTask",
+    "Sinusoid",
     "Stack",
     "Task",
+    "Turning",
     "TwistCommand",
     "TwistTask",
     "checked_levels",
     "checked_stack",
+    "pose",
     "pose_error",
 ]

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from robust_ik.checks import Array, alone, as_array
 from robust_ik.checks.public_arguments import checked
 from robust_ik.description.joint_tree import Box, Cylinder, Mesh, Sphere
-from robust_ik.description.meshes.mesh_files import Color, Part, UnreadableMeshError, read_mesh
+from robust_ik.description.meshes import Color, Part, UnreadableMeshError, read_mesh
 from robust_ik.display.drawings.stand_in_shapes import BONE, KNUCKLE, Skeleton
 from robust_ik.display.scene.animation_tracks import Tracks
 from robust_ik.display.scene.meshcat_module import Visualizer, geometry

@@ -11,14 +11,12 @@ from robust_ik.display.scene.smooth_motion import follow_subspace, full_basis
 from robust_ik.errors import InputError
 from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.robot.robot import Robot
-from robust_ik.singularities.atlas.atlas import SingularityAtlas
-from robust_ik.singularities.conditions.arm_record import SAME, RobotFacts
-from robust_ik.singularities.families.stratum import Stratum
-from robust_ik.singularities.geometry.screw_chain import ScrewChain
-from robust_ik.singularities.lost_motion.lost_motion import LostMotion, lost_motion
-from robust_ik.singularities.lost_motion.way_out import WayOut, way_out
-from robust_ik.singularities.trace.coupled_curves import Curve, trace
-from robust_ik.singularities.trace.family_tour import stroll, within_limits
+from robust_ik.singularities.atlas import SingularityAtlas
+from robust_ik.singularities.conditions import SAME, RobotFacts
+from robust_ik.singularities.families import Stratum
+from robust_ik.singularities.geometry import ScrewChain
+from robust_ik.singularities.lost_motion import LostMotion, WayOut, lost_motion, way_out
+from robust_ik.singularities.trace import Curve, stroll, trace, within_limits
 
 WALK, SWAY = 12.0, 8.0
 """Seconds that a round through a family takes, and one out of it to both sides."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robust_ik.checks import Array, checked_parameter
-from robust_ik.description.meshes.triangle_meshes import Triangles
+from robust_ik.description.meshes import Triangles
 from robust_ik.display.scene.animation_tracks import LARGEST, Still, Tracks
 from robust_ik.display.scene.meshcat_module import Visualizer, geometry
 from robust_ik.display.scene.primitives import (

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robust_ik.checks import Array
-from robust_ik.description.meshes.triangle_meshes import Triangles
+from robust_ik.description.meshes import Triangles
 from robust_ik.display.scene.primitives import rod
 from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.robot.robot import Robot

@@ -12,10 +12,9 @@ from robust_ik.display.figures.figure_files import save_figure
 from robust_ik.errors import InputError
 from robust_ik.errors.safe_text import in_figure
 from robust_ik.runtime.output_files import check_figure
-from robust_ik.singularities.atlas.atlas import SingularityAtlas
-from robust_ik.singularities.families.stratum import Stratum
-from robust_ik.singularities.trace.coupled_curves import Curve, trace
-from robust_ik.singularities.trace.torus_curves import Axis, pairs, strokes
+from robust_ik.singularities.atlas import SingularityAtlas
+from robust_ik.singularities.families import Stratum
+from robust_ik.singularities.trace import Axis, Curve, pairs, strokes, trace
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,8 +9,7 @@ import numpy as np
 
 from robust_ik.checks.public_arguments import checked
 from robust_ik.errors import InputError
-from robust_ik.singularities.find.gradient_history import Descent
-from robust_ik.singularities.find.gradient_search import FOUND
+from robust_ik.singularities.find import FOUND, Descent
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -14,7 +14,7 @@ from robust_ik.errors import InputError, TipError
 from robust_ik.kinematics.svd import svd
 from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.robot.robot import Robot
-from robust_ik.singularities.lost_motion.sparse_basis import sparse_basis
+from robust_ik.singularities.lost_motion import sparse_basis
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

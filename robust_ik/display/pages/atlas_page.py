@@ -21,10 +21,10 @@ from robust_ik.display.scene.scene import Scene
 from robust_ik.errors.safe_text import in_html
 from robust_ik.robot.robot import Robot
 from robust_ik.runtime.output_files import write_file
-from robust_ik.singularities.atlas.atlas import SingularityAtlas
-from robust_ik.singularities.conditions.arm_record import RobotFacts
-from robust_ik.singularities.lost_motion.along_a_stratum import FLAT
-from robust_ik.singularities.trace.family_tour import within_limits
+from robust_ik.singularities.atlas import SingularityAtlas
+from robust_ik.singularities.conditions import RobotFacts
+from robust_ik.singularities.lost_motion import FLAT
+from robust_ik.singularities.trace import within_limits
 
 PURE = 1e-6
 """A translation with less rotation than this is pure, and the other way round."""

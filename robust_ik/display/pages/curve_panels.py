@@ -6,9 +6,8 @@ import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.errors.safe_text import in_html
-from robust_ik.singularities.geometry.screw_chain import ScrewChain
-from robust_ik.singularities.trace.coupled_curves import Curve
-from robust_ik.singularities.trace.torus_curves import Axis, pairs, strokes
+from robust_ik.singularities.geometry import ScrewChain
+from robust_ik.singularities.trace import Axis, Curve, pairs, strokes
 
 SIDE, LEFT, BOTTOM, RIGHT, TOP = 200.0, 34.0, 30.0, 12.0, 8.0
 """Of the square that is drawn in, and the margins round it."""

@@ -6,12 +6,9 @@ import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.display.pages.run_table import number
-from robust_ik.singularities.conditions.angle_sums import wrapped
-from robust_ik.singularities.conditions.arm_record import RobotFacts
-from robust_ik.singularities.families.stratum import Stratum
-from robust_ik.singularities.lost_motion.along_a_stratum import FLAT
-from robust_ik.singularities.lost_motion.lost_motion import LostMotion
-from robust_ik.singularities.lost_motion.wrench_screw import WrenchScrew
+from robust_ik.singularities.conditions import RobotFacts, wrapped
+from robust_ik.singularities.families import Stratum
+from robust_ik.singularities.lost_motion import FLAT, LostMotion, WrenchScrew
 
 NOTHING = 5e-7
 """A part of a direction that is smaller than this is rounding."""

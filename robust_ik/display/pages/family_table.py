@@ -19,8 +19,8 @@ from robust_ik.display.pages.family_page_words import (
 )
 from robust_ik.display.pages.run_table import number
 from robust_ik.errors.safe_text import in_html
-from robust_ik.singularities.atlas.atlas_tables import cells
-from robust_ik.singularities.conditions.arm_record import RobotFacts
+from robust_ik.singularities.atlas import cells
+from robust_ik.singularities.conditions import RobotFacts
 
 COLUMNS = 5
 

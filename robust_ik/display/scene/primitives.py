@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robust_ik.checks import Array
-from robust_ik.description.meshes.triangle_meshes import Triangles
+from robust_ik.description.meshes import Triangles
 from robust_ik.display.scene.meshcat_module import EXTENSION, geometry, umsgpack
 from robust_ik.display.scene.smooth_motion import carried_frames
 

@@ -2,6 +2,7 @@
 
 from robust_ik.simulation.scenarios.catalogue import load_scenario, scenarios
 from robust_ik.simulation.scenarios.going_round import with_reach
+from robust_ik.simulation.scenarios.method_tables import RESOLVERS
 from robust_ik.simulation.scenarios.point_by_point import reach_points
 from robust_ik.simulation.scenarios.scenario_toml import read_scenario
 from robust_ik.simulation.scenarios.straight_line import StraightLine, ur5_elbow, ur5_wrist
@@ -9,6 +10,7 @@ from robust_ik.simulation.scenarios.stretch import Stretch, stretch
 from robust_ik.simulation.scenarios.verdicts import verdict
 
 __all__ = [
+    "RESOLVERS",
     "StraightLine",
     "Stretch",
     "load_scenario",

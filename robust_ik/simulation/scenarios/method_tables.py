@@ -9,6 +9,7 @@ from typing import Any
 from robust_ik.analysis.evaluation import DulebaMatched
 from robust_ik.control.resolvers import (
     DecoupledPriority,
+    LeakingPriority,
     Limiter,
     QuadraticProgram,
     Resolver,
@@ -19,7 +20,6 @@ from robust_ik.control.resolvers import (
     TaskReconstruction,
     WeightedPriority,
 )
-from robust_ik.control.resolvers.classical_projections import LeakingPriority
 from robust_ik.errors import InputError, listed, suggest
 from robust_ik.inverses import CLASSES, JParse, RobustInverse
 from robust_ik.inverses.baselines import BASELINES

@@ -15,8 +15,7 @@ from numpy.typing import ArrayLike
 from robust_ik.checks import Array, as_array
 from robust_ik.control.resolution import Resolution
 from robust_ik.control.resolvers import Resolver
-from robust_ik.control.tasks import Follow
-from robust_ik.control.tasks.target_paths import Line
+from robust_ik.control.tasks import Follow, Line
 from robust_ik.control.velocity_controller import VelocityController
 from robust_ik.kinematics.svd import svd
 from robust_ik.robot.loading import load

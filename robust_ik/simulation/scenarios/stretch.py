@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 
 from robust_ik.checks import Array
 from robust_ik.control.limits import JointLimits
-from robust_ik.control.tasks import Follow, FrameTask
-from robust_ik.control.tasks.target_paths import OutAndBack
-from robust_ik.description.urdf.urdf_reader import lock_slides
+from robust_ik.control.tasks import Follow, FrameTask, OutAndBack
+from robust_ik.description.urdf import lock_slides
 from robust_ik.errors import TipError
 from robust_ik.inverses import RobustInverse
 from robust_ik.kinematics.svd import RANK_TOLERANCE, singular_values, svd

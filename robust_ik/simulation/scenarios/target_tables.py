@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from robust_ik.checks import Array, as_array, checked_parameter
-from robust_ik.control.tasks import Replay
-from robust_ik.control.tasks.target_paths import Circle, Keypoints, Line, Sinusoid, Turning, pose
+from robust_ik.control.tasks import Circle, Keypoints, Line, Replay, Sinusoid, Turning, pose
 from robust_ik.errors import InputError, listed, suggest
 
 Maker = Callable[["Table"], Any]

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from robust_ik.certificates import Certificate, CertificateError, Proof
-from robust_ik.certificates.proof.untrusted_json import read_json
+from robust_ik.certificates.proof import read_json
 from robust_ik.checks import Array
 from robust_ik.errors import LoadError, RobustIKError
 from robust_ik.kinematics.twist_rows import checked_rows

@@ -9,8 +9,7 @@ from itertools import compress
 import numpy as np
 
 from robust_ik.certificates import LeafPlace, Proof, Verdict, check, leaves
-from robust_ik.certificates.proof.leaf_points import members
-from robust_ik.certificates.proof.proof import Arm
+from robust_ik.certificates.proof import Arm, members
 from robust_ik.checks import Array
 from robust_ik.singularities.atlas.evidence import Completeness, Evidence
 from robust_ik.singularities.families.leaf import Leaf, solved

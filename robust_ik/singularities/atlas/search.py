@@ -23,7 +23,7 @@ from robust_ik.singularities.find.random_starts import Method
 from robust_ik.singularities.find.rank_residual import check_corank
 
 if TYPE_CHECKING:
-    from robust_ik.description.dh.dh_table import DHTable
+    from robust_ik.description.dh import DHTable
     from robust_ik.robot.robot import Robot
 
 STARTS = 1500

@@ -8,7 +8,7 @@ import numpy as np
 
 from robust_ik.certificates import Proof
 from robust_ik.certificates.certify import certify_plain
-from robust_ik.certificates.proof.proof import Arm
+from robust_ik.certificates.proof import Arm
 from robust_ik.runtime.parallel import parts
 from robust_ik.singularities.atlas.proof_evidence import ProofOutcome
 from robust_ik.singularities.find.points_found import Points

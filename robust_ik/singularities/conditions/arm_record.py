@@ -11,13 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.certificates.certify import plain_arm
-from robust_ik.certificates.proof.float_jacobian import float_jacobian
-from robust_ik.certificates.proof.proof import Arm
-from robust_ik.certificates.prover.exact_arm import UnsupportedError, exact_arm
+from robust_ik.certificates.proof import Arm, float_jacobian
+from robust_ik.certificates.prover import UnsupportedError, exact_arm
 from robust_ik.checks import Array, as_array, readonly
 from robust_ik.description.catalog import catalog
-from robust_ik.description.dh.dh_table import DHTable
-from robust_ik.description.dh.dh_toml import read_dh
+from robust_ik.description.dh import DHTable, read_dh
 from robust_ik.errors import InputError, LoadError
 from robust_ik.singularities.conditions.condition_notation import symbols
 from robust_ik.singularities.geometry.screw_chain import ScrewChain, reachable_rows

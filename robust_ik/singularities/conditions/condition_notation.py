@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from robust_ik.description.dh.dh_table import DHTable
+from robust_ik.description.dh import DHTable
 from robust_ik.singularities.conditions.angle_sums import Angle, wrapped
 from robust_ik.singularities.conditions.trig_relations import Relation, Term
 

@@ -1,1 +1,7 @@
 """From singular configurations to families: conditions on joints, leaves, strata."""
+
+from robust_ik.singularities.families.stratum import Stratum
+
+__all__ = [
+    "Stratum",
+]

@@ -1,1 +1,17 @@
 """What is lost at a singular configuration: twists, wrenches, words, and whether it can be left."""
+
+from robust_ik.singularities.lost_motion.along_a_stratum import FLAT
+from robust_ik.singularities.lost_motion.lost_motion import LostMotion, lost_motion
+from robust_ik.singularities.lost_motion.sparse_basis import sparse_basis
+from robust_ik.singularities.lost_motion.way_out import WayOut, way_out
+from robust_ik.singularities.lost_motion.wrench_screw import WrenchScrew
+
+__all__ = [
+    "FLAT",
+    "LostMotion",
+    "WayOut",
+    "WrenchScrew",
+    "lost_motion",
+    "sparse_basis",
+    "way_out",
+]
