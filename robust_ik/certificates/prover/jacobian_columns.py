@@ -38,11 +38,12 @@ class Columns:
     Attributes:
         arm: The arm.
         link: Which link, from 1 to n; 0 for the base.
+        known: What was worked out, by what it depends on.
     """
 
     arm: ExactArm
     link: int
-    _known: dict[tuple[object, ...], Any] = field(default_factory=dict, repr=False)
+    known: dict[tuple[object, ...], Any] = field(default_factory=dict, repr=False)
 
     def jacobian(self, trig: Trig, state: State) -> list[list[Any]]:
         """The task rows, entries reduced.
@@ -76,9 +77,9 @@ class _Now:
         between = tuple(pin for pin in self.state.pins if first <= pin.joint < last)
         # An element of the field is its polynomial in θ: without a pin there is none.
         key = (what, index, between, self.state.field if between else None)
-        if key not in self.columns._known:
-            self.columns._known[key] = made(index)
-        return self.columns._known[key]
+        if key not in self.columns.known:
+            self.columns.known[key] = made(index)
+        return self.columns.known[key]
 
     def column(self, joint: int) -> list[Any]:
         """The task rows of one column."""

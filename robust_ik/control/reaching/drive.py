@@ -129,7 +129,7 @@ class ReachDrive(Drive):
         while equation is None:
             equation = self._act(now)
         self.time += moment.dt
-        task._told.text = self.text
+        task.tell(self.text)
         return equation
 
     def share(self, q: Array, qdot: Array) -> float:

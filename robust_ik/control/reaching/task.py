@@ -53,6 +53,10 @@ class Reach(FrameTask):
         """
         return self._told.text
 
+    def tell(self, state: str) -> None:
+        """Sets `state`; called at every step by the drive of a run."""
+        self._told.text = state
+
     def begin(self, robot: Robot, limits: Sequence[Limit]) -> ReachDrive | None:
         """See `Task.begin`.
 

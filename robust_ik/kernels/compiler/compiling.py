@@ -119,7 +119,7 @@ def compiled(function: Callable[..., Any], arguments: tuple[Any, ...]) -> Callab
 def _keep(made: Any, function: Callable[..., Any]) -> None:
     """Has a dispatcher look on disk before it compiles, unless there is no source, or one that does not say all."""
     with suppress(OSError):
-        made._cache = Store(function)
+        made._cache = Store(function)  # noqa: SLF001
 
 
 def callback(function: Callable[..., Any], signature: Any) -> Any:

@@ -100,7 +100,7 @@ class Store:
             target.refresh()
             name = self._file(signature, target.codegen())
             for content in filter(None, (_read(place / name) for place in _trusted_places())):
-                return CompileResult._rebuild(target, *pickle.loads(content))
+                return CompileResult._rebuild(target, *pickle.loads(content))  # noqa: SLF001
         except Exception as error:
             _tell(f"{self._name} is compiled again: {error!r}")
         announce(self._function)
@@ -113,7 +113,7 @@ class Store:
 
             if compiled.library.has_dynamic_globals:
                 raise ValueError("it holds addresses")  # noqa: TRY301
-            content, name = dumps(compiled._reduce()), self._file(signature, compiled.codegen)
+            content, name = dumps(compiled._reduce()), self._file(signature, compiled.codegen)  # noqa: SLF001
             if not any(_write(place / name, content) for place in _trusted_places()):
                 raise PermissionError("there is no folder to write to; NUMBA_CACHE_DIR may name one")  # noqa: TRY301
         except Exception as error:
