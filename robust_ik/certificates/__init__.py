@@ -15,12 +15,12 @@ The theorem is about the arm in `proof.arm`, in rational numbers; `proof.arm.cha
 robot. Proving needs python-flint, checking does not.
 """
 
-from robust_ik.certificates.certificate import Certificate
+from robust_ik.certificates.certificate import Certificate, word
 from robust_ik.certificates.certify import certify
 from robust_ik.certificates.checker.check import Verdict, check
 from robust_ik.certificates.proof.joint_relations import JointRelation
 from robust_ik.certificates.proof.proof import Proof
-from robust_ik.certificates.proof.proof_leaves import LeafPlace, ProofLeaf, leaves, word
+from robust_ik.certificates.proof.proof_leaves import LeafPlace, ProofLeaf, leaves
 from robust_ik.certificates.proof.untrusted_json import CertificateError
 
 __all__ = [

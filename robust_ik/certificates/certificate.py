@@ -89,3 +89,17 @@ class Certificate:
         """
         _, content = read_file(path, LARGEST_FILE)
         return cls.from_json(content.decode("utf-8", errors="replace"))
+
+
+@checked
+def word(proof: Proof, verdict: Verdict | None = None) -> str:
+    """How sure a list of leaves is complete.
+
+    "certified" only when the checker accepted; "implicit" if a leaf only repeats the equations; "exact, unchecked"
+    if the case split closed but was not checked; else "open", "refused" or "unsupported".
+    """
+    if proof.status in ("unsupported", "open", "implicit"):
+        return proof.status
+    if verdict is None:
+        return "exact, unchecked"
+    return "certified" if verdict.accepted else "refused"

@@ -20,6 +20,8 @@ from robust_ik.errors import TipError, UrdfError, listed
 from robust_ik.kinematics.chain import REFERENCES, Chain, axis_frames, number_of
 from robust_ik.robot.joint_map import JointMap
 
+Model, Data = pin.Model, pin.Data
+
 MAX_JOINTS = 200
 """Pinocchio's working memory grows with n³: 0.5 GB at 200 joints."""
 

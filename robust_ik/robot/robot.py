@@ -11,7 +11,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, Self, Unpack
+from typing import Any, Literal, Self, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,12 +29,9 @@ from robust_ik.pose_ik import PoseOptions, PoseResult, PoseResults, PoseSolver, 
 from robust_ik.pose_ik.size import find_size, is_usual, offsets_of, unit_of
 from robust_ik.robot.default_rest import default_rest
 from robust_ik.robot.joint_map import JointMap
-from robust_ik.robot.pinocchio_model import PinocchioModel, build_model, joints_to_keep
+from robust_ik.robot.pinocchio_model import Data, Model, PinocchioModel, build_model, joints_to_keep
 from robust_ik.runtime.files import checked_folders
 from robust_ik.runtime.told_once import tell_once
-
-if TYPE_CHECKING:
-    import pinocchio as pin
 
 Reference = Literal["local", "world", "local_world_aligned"]
 
@@ -242,11 +239,11 @@ class Robot:
 
     # -------------------------------------------------------------------------------------------------------- frames
     @property
-    def model(self) -> pin.Model:
+    def model(self) -> Model:
         """The Pinocchio model; a mimic joint is a joint of its own there. Not to be changed."""
         return self._pinocchio.model
 
-    def create_data(self) -> pin.Data:
+    def create_data(self) -> Data:
         """New working memory for `model`, for calls of Pinocchio's own functions."""
         return self.model.createData()
 

@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,9 +15,6 @@ from robust_ik.certificates.proof.proof import Arm, Proof
 from robust_ik.certificates.proof.real_roots import real_roots
 from robust_ik.checks import Array
 from robust_ik.checks.public_arguments import checked
-
-if TYPE_CHECKING:
-    from robust_ik.certificates.checker.check import Verdict
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,20 +119,6 @@ def leaves(proof: Proof) -> tuple[ProofLeaf, ...]:
     if proof.arm is None:
         return ()
     return tuple(ProofLeaf(proof.arm, node, proof.is_implicit(node)) for node in proof.leaves)
-
-
-@checked
-def word(proof: Proof, verdict: Verdict | None = None) -> str:
-    """How sure a list of leaves is complete.
-
-    "certified" only when the checker accepted; "implicit" if a leaf only repeats the equations; "exact, unchecked"
-    if the case split closed but was not checked; else "open", "refused" or "unsupported".
-    """
-    if proof.status in ("unsupported", "open", "implicit"):
-        return proof.status
-    if verdict is None:
-        return "exact, unchecked"
-    return "certified" if verdict.accepted else "refused"
 
 
 def _angle(pin: ExactPin, theta: float) -> float:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
 from robust_ik.checks import Array, readonly
 from robust_ik.singularities.conditions.angle_sums import wrapped
+from robust_ik.singularities.conditions.arm_record import RobotFacts
 from robust_ik.singularities.families.leaf import Leaf, Mask, is_singular
 from robust_ik.singularities.families.stratum import Stratum
 from robust_ik.singularities.find.projection_search import project
@@ -16,15 +17,20 @@ from robust_ik.singularities.find.tangent_walk import polished, readable, still_
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 from robust_ik.singularities.trace.continuation import STEP, followed, outside
 
-if TYPE_CHECKING:
-    from robust_ik.singularities.atlas.atlas_record import AtlasRecord
-
 SEEDS = 300
 """Random starts, besides the samples, for pieces that the samples miss."""
 ON = 5e-3
 """A seed nearer to a curve lies on it, rad or m: the chords between points of a curve leave it by a tenth of that."""
 WALKERS, STEPS = 40, 40
 """Of walks through what is no curve but a surface or more."""
+
+
+class OfArm(Protocol):
+    """What knows the arm whose families it holds: an atlas."""
+
+    @property
+    def robot(self) -> RobotFacts:
+        """The arm."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +70,7 @@ class Curve:
         return np.asarray(np.linalg.norm(away - np.clip(share, 0, 1)[..., None] * ways, axis=-1).min(axis=1))
 
 
-def trace(atlas: AtlasRecord, stratum: Stratum) -> tuple[Curve, ...]:
+def trace(atlas: OfArm, stratum: Stratum) -> tuple[Curve, ...]:
     """The curves that the coupled joints of a stratum run through, none if no joints are coupled.
 
     Where they have more than one freedom together, points all over what they fill instead.
