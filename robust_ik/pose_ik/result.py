@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 from operator import attrgetter
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +13,6 @@ from numpy.typing import NDArray
 from robust_ik.checks import Array
 from robust_ik.errors import NotReachedError
 from robust_ik.kernels.pose import pose_layout as lay
-
-if TYPE_CHECKING:
-    from robust_ik.pose_ik.solver import PoseSolver
 
 
 class PoseStatus(Enum):
@@ -29,6 +26,13 @@ class PoseStatus(Enum):
 STATUSES = (PoseStatus.SOLVED, PoseStatus.CLOSEST, PoseStatus.OUT_OF_REACH)
 
 
+class Solver(Protocol):
+    """What a result is of: a `PoseSolver`."""
+
+    def singular_values(self, q: Array) -> Array:
+        """Of the Jacobian in the wanted rows, (..., nq) → (..., k), descending."""
+
+
 class PoseResult:
     """A configuration that reaches a pose, or comes closest to it. It cannot be changed.
 
@@ -37,7 +41,7 @@ class PoseResult:
 
     __slots__ = ("_numbers", "_q", "_solver")
 
-    def __init__(self, q: Array, numbers: Array, solver: PoseSolver) -> None:
+    def __init__(self, q: Array, numbers: Array, solver: Solver) -> None:
         self._q, self._numbers, self._solver = q, numbers, solver
 
     q: property = property(attrgetter("_q"), doc="The preferred configuration, or the closest, (nq,).")
@@ -48,7 +52,7 @@ class PoseResult:
         return self._q[None]
 
     @property
-    def solver(self) -> PoseSolver:
+    def solver(self) -> Solver:
         """What found it."""
         return self._solver
 
@@ -101,7 +105,7 @@ class SeveralSolutions(PoseResult):
 
     __slots__ = ("_solutions",)
 
-    def __init__(self, solutions: Array, numbers: Array, solver: PoseSolver) -> None:
+    def __init__(self, solutions: Array, numbers: Array, solver: Solver) -> None:
         super().__init__(solutions[0], numbers, solver)
         self._solutions = solutions
 
@@ -121,7 +125,7 @@ class PoseResults:
     """
 
     solutions: Array
-    solver: PoseSolver
+    solver: Solver
     _numbers: Array
 
     def __len__(self) -> int:

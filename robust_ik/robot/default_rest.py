@@ -1,23 +1,19 @@
-"""The configuration to start from where nobody states one: zero, or near it where zero is singular."""
+"""The configuration to start from where nobody states one: zero, or near it where zero is singular. Arrays only."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 import numpy as np
 
 from robust_ik.checks import Array
-from robust_ik.kinematics.twist_rows import ROWS
-
-if TYPE_CHECKING:
-    from robust_ik.robot.robot import Robot
 
 SAMPLES = 32
-"""Random configurations whose median tells what is usual of an arm."""
+"""So many random configurations tell, by their median, what is usual of an arm."""
 SINGULAR, REGULAR = 0.01, 0.5
 """Of the usual least singular value: what zero has when it counts as singular, what a start has when it is good."""
-TURNS, SLIDES = np.array([1, -1, 2, -2]) * np.pi / 4, np.array([1, -1, 2, -2]) / 4
-"""How far a joint is moved for a trial, rad, and m times the arm's length scale."""
+STEPS = (1, -1, 2, -2)
+"""How far a joint is moved for a trial, in units of 45° or of a quarter of the arm's length scale."""
 MARGIN = 0.05
 """The part of a joint's range that stays free at each end."""
 FLOOR = 1e-4
@@ -26,24 +22,32 @@ BETTER = 1e-6
 """What a trial must be better by than one before it: of mirrored postures, which are equal, the first is taken."""
 
 
-def default_rest(robot: Robot) -> Array:
-    """Zero moved inside the limits, (nq,), with a few joints bent where the tip has lost a motion there.
+def default_rest(jacobian: Callable[[Array], Array], lower: Array, upper: Array, unit: Array, samples: Array) -> Array:
+    """Zero moved inside the limits, with a few joints bent where the tip has lost a motion there.
 
     Joints are bent one after the other, each time the one and as far as helps the singular values most, until the
-    least is half of what it usually is. A robot without a tip starts at zero.
+    least is half of what it usually is.
+
+    Args:
+        jacobian: The tip's Jacobian in the arm's own unit of length, (m, n), from joint values (n,).
+        lower: Lower limits, (n,).
+        upper: Upper limits, (n,).
+        unit: By what each joint is moved, rad or m, (n,).
+        samples: Joint values of random configurations, (N, n).
+
+    Returns:
+        Joint values, (n,).
     """
-    values = np.clip(0.0, robot.lower, robot.upper)
-    if robot.tip is None:
-        return robot.configuration(values)
-    usual = _usual(robot)
-    sigma = _measured(robot, values, len(usual))
+    values: Array = np.clip(0.0, lower, upper)
+    usual = _usual(jacobian, samples)
+    sigma = _measured(jacobian, values)[: len(usual)]
     if not len(usual) or sigma[-1] >= SINGULAR * usual[-1]:
-        return robot.configuration(values)
-    for _ in range(robot.n):
+        return values
+    for _ in values:
         if sigma[-1] >= REGULAR * usual[-1]:
             break
-        trials = _trials(robot, values)
-        found = [_measured(robot, trial, len(usual)) for trial in trials]
+        trials = _trials(values, lower, upper, unit)
+        found = [_measured(jacobian, trial)[: len(usual)] for trial in trials]
         best, score = -1, _score(sigma, usual)
         for index, each in enumerate(found):
             if _score(each, usual) > score + BETTER:
@@ -51,33 +55,29 @@ def default_rest(robot: Robot) -> Array:
         if best < 0:
             break
         values, sigma = trials[best], found[best]
-    return robot.configuration(values)
+    return values
 
 
-def _usual(robot: Robot) -> Array:
+def _usual(jacobian: Callable[[Array], Array], samples: Array) -> Array:
     """Medians of the singular values over random configurations, without those that are always zero."""
-    rng = np.random.default_rng(0)
-    found = np.array([_measured(robot, robot.joint_values(q), None) for q in robot.random(rng, SAMPLES)])
-    medians = np.median(found, axis=0)
+    medians = np.median([_measured(jacobian, values) for values in samples], axis=0)
     return np.asarray(medians[medians > FLOOR**2 * medians[0]])
 
 
-def _measured(robot: Robot, values: Array, count: int | None) -> Array:
-    """The first singular values of the tip's Jacobian in the arm's own unit of length, descending."""
-    J = robot.jacobian(robot.configuration(values))
-    scale = np.array([1.0 if row in ROWS[:3] else robot.length_scale for row in robot.rows])
-    return np.asarray(np.linalg.svd(scale[:, None] * J, compute_uv=False)[:count])
+def _measured(jacobian: Callable[[Array], Array], values: Array) -> Array:
+    """The singular values of the Jacobian, descending."""
+    return np.asarray(np.linalg.svd(jacobian(values), compute_uv=False))
 
 
-def _trials(robot: Robot, values: Array) -> list[Array]:
+def _trials(values: Array, lower: Array, upper: Array, unit: Array) -> list[Array]:
     """The joint values with one joint moved, well inside its limits."""
-    low, high = robot.lower, robot.upper
-    spare = np.where(np.isfinite(high - low), MARGIN * (high - low), 0.0)
+    spare = np.where(np.isfinite(upper - lower), MARGIN * (upper - lower), 0.0)
     found = []
-    for joint, slides in enumerate(robot.sliding):
-        for step in SLIDES * robot.length_scale if slides else TURNS:
+    for joint in range(len(values)):
+        for step in STEPS:
             trial = values.copy()
-            trial[joint] = np.clip(values[joint] + step, low[joint] + spare[joint], high[joint] - spare[joint])
+            trial[joint] += step * unit[joint]
+            trial[joint] = np.clip(trial[joint], lower[joint] + spare[joint], upper[joint] - spare[joint])
             found.append(trial)
     return found
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import reprlib
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any, Self, TypeGuard
@@ -167,6 +168,17 @@ class JointMap:
                 f"q holds (cos, sin) of the continuous joints {', '.join(names)}, which must have length 1, got a "
                 f"length of {radius.flat[np.argmax(np.abs(radius - 1))]:.4g}; Robot.configuration makes q from angles"
             )
+
+    def random(self, rng: np.random.Generator, size: int | tuple[int, ...], lower: Array, upper: Array) -> Array:
+        """Uniform random configurations between limits (n,), (*size, nq); see `Robot.random`."""
+        shape = size if isinstance(size, tuple) else (size,)
+        if not all(
+            type(length) is not bool and isinstance(length, (int, np.integer)) and length >= 0 for length in shape
+        ):
+            raise InputError(f"size must be a count or a tuple of counts, got {size!r}")
+        if not isinstance(rng, np.random.Generator):
+            raise InputError(f"rng must be a numpy Generator, got {reprlib.repr(rng)}")
+        return self.configuration(rng.uniform(*self.finite_limits(lower, upper), (*shape, len(self.names))))
 
     def finite_limits(self, lower: Array, upper: Array) -> tuple[Array, Array]:
         """Limits (n,) with an end put where none is: a full turn or 2 m from the other; ±π or ±1 m where none is."""

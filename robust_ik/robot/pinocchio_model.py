@@ -5,6 +5,7 @@ The only place that imports Pinocchio.
 
 from __future__ import annotations
 
+import reprlib
 import threading
 from functools import cache
 from typing import Any
@@ -16,7 +17,7 @@ from robust_ik.checks import Array
 from robust_ik.description.joint_tree import Description
 from robust_ik.description.notes import named
 from robust_ik.description.urdf import fix_joints
-from robust_ik.errors import TipError, UrdfError, listed
+from robust_ik.errors import FrameNotFoundError, InputError, TipError, UrdfError, listed, suggest
 from robust_ik.kinematics.chain import REFERENCES, Chain, axis_frames, number_of
 from robust_ik.robot.joint_map import JointMap
 
@@ -176,6 +177,23 @@ class PinocchioModel:
         except AttributeError:
             self._of_thread.data = self.model.createData()
             return self._of_thread.data
+
+    def index(self, frame: str, robot: str) -> int:
+        """Index of a frame.
+
+        Args:
+            frame: Its name.
+            robot: Whose it is, for the message.
+
+        Raises:
+            FrameNotFoundError: There is no such frame.
+            InputError: The name is no text.
+        """
+        if not isinstance(frame, str):
+            raise InputError(f"a frame is named by a str, got {reprlib.repr(frame)}")
+        if frame not in self.frames:
+            raise FrameNotFoundError(f"{robot} has no frame {frame!r}; {suggest(frame, self.frames)}")
+        return self.frames[frame]
 
     def pose(self, q: Array, frame: int) -> Array:
         """(nq,) → (4, 4)."""

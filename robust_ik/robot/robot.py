@@ -22,12 +22,12 @@ from robust_ik.description.dh import DHTable
 from robust_ik.description.joint_tree import Description
 from robust_ik.description.tips import choose_tip
 from robust_ik.description.urdf import parse_urdf, read_urdf
-from robust_ik.errors import FrameNotFoundError, InputError, TipError, listed, suggest
+from robust_ik.errors import InputError, TipError, listed
 from robust_ik.kinematics.chain import Chain
 from robust_ik.kinematics.twist_rows import ROWS, checked_rows
 from robust_ik.pose_ik import PoseOptions, PoseResult, PoseResults, PoseSolver, wanted_rows
 from robust_ik.pose_ik.size import find_size, is_usual, offsets_of, unit_of
-from robust_ik.robot.default_rest import default_rest
+from robust_ik.robot.default_rest import SAMPLES, default_rest
 from robust_ik.robot.joint_map import JointMap
 from robust_ik.robot.pinocchio_model import Data, Model, PinocchioModel, build_model, joints_to_keep
 from robust_ik.runtime.files import checked_folders
@@ -133,7 +133,7 @@ class Robot:
         description = parse_urdf(dh_to_urdf(table), source=f"the URDF of DH table {table.name}")
         robot = cls.from_description(description, "tool", rows=table.rows)
         robot = replace(robot, lower=table.lower, upper=table.upper, velocity_limit=table.velocity)
-        return replace(robot, rest=default_rest(robot) if table.rest is None else table.rest)
+        return robot.with_default_rest() if table.rest is None else replace(robot, rest=table.rest)
 
     @classmethod
     def from_description(
@@ -167,7 +167,24 @@ class Robot:
             guess=guess,
         )
         tell_once(description.source, robot.notes)
-        return replace(robot, rest=default_rest(robot))
+        return robot.with_default_rest()
+
+    def with_default_rest(self) -> Self:
+        """The same robot with `rest` at zero, or near it where the tip has lost a motion at zero.
+
+        A robot without a tip rests at zero.
+        """
+        if self.tip is None:
+            return replace(self, rest=self.configuration(np.clip(0.0, self.lower, self.upper)))
+        weights = np.array([1.0 if row in ROWS[:3] else self.length_scale for row in self.rows])[:, None]
+        values = default_rest(
+            lambda values: weights * self.jacobian(self.configuration(values)),
+            self.lower,
+            self.upper,
+            np.where(self.sliding, self.length_scale / 4, np.pi / 4),
+            self.joint_values(self.random(np.random.default_rng(0), SAMPLES)),
+        )
+        return replace(self, rest=self.configuration(values))
 
     def with_rows(self, rows: Sequence[str]) -> Robot:
         """The same robot with other task rows."""
@@ -212,15 +229,7 @@ class Robot:
 
         Where limits are not stated: a full turn for a revolute joint, 2 m for a prismatic one.
         """
-        shape = size if isinstance(size, tuple) else (size,)
-        if not all(
-            type(length) is not bool and isinstance(length, (int, np.integer)) and length >= 0 for length in shape
-        ):
-            raise InputError(f"size must be a count or a tuple of counts, got {size!r}")
-        if not isinstance(rng, np.random.Generator):
-            raise InputError(f"rng must be a numpy Generator, got {reprlib.repr(rng)}")
-        lower, upper = self._joints.finite_limits(self.lower, self.upper)
-        return self._joints.configuration(rng.uniform(lower, upper, (*shape, self.n)))
+        return self._joints.random(rng, size, self.lower, self.upper)
 
     def integrate(self, q: ArrayLike, dq: ArrayLike) -> Array:
         """Q ⊕ dq on the manifold: (..., nq) and (..., n) → (..., nq), leading axes broadcast."""
@@ -361,11 +370,7 @@ class Robot:
                 f"{self.name} was loaded whole, without a tip: name a frame; its leaves are "
                 + listed(self.description.leaves)
             )
-        if not isinstance(name, str):
-            raise InputError(f"a frame is named by a str, got {reprlib.repr(name)}")
-        if name in self._pinocchio.frames:
-            return self._pinocchio.frames[name]
-        raise FrameNotFoundError(f"{self.name} has no frame {name!r}; {suggest(str(name), self.frames)}")
+        return self._pinocchio.index(name, self.name)
 
     # -------------------------------------------------------------------------------------------- inverse kinematics
     @cached_property

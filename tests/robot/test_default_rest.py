@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import robust_ik as rik
 from robust_ik.description.catalog import catalog, find
-from robust_ik.robot.default_rest import MARGIN, REGULAR, SINGULAR, default_rest
+from robust_ik.robot.default_rest import MARGIN, REGULAR, SINGULAR
 from tests.arms import ur5
 
 NO_JOINTS = {"hector", "iris_simple"}
@@ -65,8 +65,8 @@ def test_no_robot_starts_where_its_tip_has_lost_a_motion(name):
 def test_where_zero_is_singular_a_few_joints_are_bent(name):
     robot = rik.load(name)
     assert least(robot, zero(robot)) < 1e-6
-    assert least(robot, default_rest(robot)) > REGULAR / 2
-    moved = np.abs(robot.difference(zero(robot), default_rest(robot))) > 0
+    assert least(robot, robot.with_default_rest().rest) > REGULAR / 2
+    moved = np.abs(robot.difference(zero(robot), robot.with_default_rest().rest)) > 0
     assert 0 < moved.sum() <= 3
 
 
@@ -74,18 +74,18 @@ def test_where_zero_is_singular_a_few_joints_are_bent(name):
 def test_where_zero_is_regular_it_stays(name):
     robot = rik.load(name)
     if least(robot, zero(robot)) > 2 * SINGULAR:
-        assert_array_equal(default_rest(robot), zero(robot))
+        assert_array_equal(robot.with_default_rest().rest, zero(robot))
 
 
 @pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
 def test_the_choice_does_not_hang_on_the_unit_of_length_or_on_last_bits(size, monkeypatch):
-    expected = default_rest(ur5())
-    assert_allclose(default_rest(ur5(size)), expected, atol=1e-12)
+    expected = ur5().with_default_rest().rest
+    assert_allclose(ur5(size).with_default_rest().rest, expected, atol=1e-12)
     exact, rng = rik.Robot.jacobian, np.random.default_rng(3)
     monkeypatch.setattr(
         rik.Robot, "jacobian", lambda *a, **k: (J := exact(*a, **k)) * (1 + 1e-12 * rng.normal(size=J.shape))
     )
-    assert_allclose(default_rest(ur5(size)), expected, atol=1e-12)
+    assert_allclose(ur5(size).with_default_rest().rest, expected, atol=1e-12)
 
 
 def test_what_is_stated_is_kept():
