@@ -26,6 +26,7 @@ from robust_ik.kernels.compiler.stack_memory import Pointer
 from robust_ik.kernels.matrices.vectors import mixed, plus, three_of, turned, vector
 
 LOCAL_WORLD_ALIGNED, LOCAL, WORLD = 0, 1, 2
+"""Codes of the references of twists: their places in `kinematics.chain.REFERENCES`."""
 
 
 @inlined

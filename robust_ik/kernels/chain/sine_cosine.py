@@ -15,15 +15,19 @@ from robust_ik.kernels.compiler.simd_lanes import LANES, Number, where
 from robust_ik.kernels.compiler.stack_memory import Pointer, by_eights
 
 LARGEST = 1e5
-"""Angles beyond this are brought into [−π, π] first."""
+"""Angles beyond this are brought into [−π, π] first. Up to 2²⁰ π/2 the products of FIRST and SECOND are exact."""
 ROUNDING = 6755399441055744.0
 """1.5 · 2⁵²: adding and subtracting it rounds to a whole number."""
 QUARTERS = 2 / math.pi
+"""Quarter turns per rad."""
 FIRST, SECOND, THIRD = 1.57079632673412561417e00, 6.07710050630396597660e-11, 2.02226624879595063154e-21
+"""π/2 in parts: its first 33 bits, the next 33, what is left. pio2_1, pio2_2 and pio2_2t of e_rem_pio2.c."""
 S1, S2, S3 = -1.66666666666666324348e-01, 8.33333333332248946124e-03, -1.98412698298579493134e-04
 S4, S5, S6 = 2.75573137070700676789e-06, -2.50507602534068634195e-08, 1.58969099521155010221e-10
+"""S1 to S6: sin x ≈ x + S1 x³ + … + S6 x¹³ for |x| ≤ π/4, a minimax polynomial; k_sin.c, error below 2⁻⁵⁸."""
 C1, C2, C3 = 4.16666666666666019037e-02, -1.38888888888741095749e-03, 2.48015872894767294178e-05
 C4, C5, C6 = -2.75573143513906633035e-07, 2.08757232129817482790e-09, -1.13596475577881948265e-11
+"""C1 to C6: cos x ≈ 1 − x²/2 + C1 x⁴ + … + C6 x¹⁴ for |x| ≤ π/4, a minimax polynomial; k_cos.c, error below 2⁻⁵⁸."""
 
 
 @inlined

@@ -24,12 +24,15 @@ from robust_ik.kernels.compiler.stack_memory import Pointer, at_address
 HEAD = object.__basicsize__
 """Bytes before what an object has beyond being one; the last of them hold the address of its class."""
 CLASS = HEAD - 8
+"""Where that address is: in the last of them, eight bytes."""
 DATA, AXES, SHAPE, KIND, FLAGS = HEAD, HEAD + 8, HEAD + 16, HEAD + 40, HEAD + 48
 """Of an array: where its numbers are, how many axes, where their lengths are, where its dtype is, flags."""
 ORDER, NUMBER = HEAD + 10, HEAD + 12
 """Of a dtype: its order of bytes, a character, and its number."""
 NATIVE, DOUBLE = ord("="), np.dtype(float).num
+"""What both are of doubles in this machine's order of bytes."""
 CONTIGUOUS, ALIGNED, WRITEABLE = 0x1, 0x100, 0x400
+"""Bits of the flags: NPY_ARRAY_C_CONTIGUOUS, NPY_ARRAY_ALIGNED and NPY_ARRAY_WRITEABLE of NumPy's ndarraytypes.h."""
 
 
 def _expect_arrays() -> None:

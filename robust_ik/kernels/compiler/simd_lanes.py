@@ -16,6 +16,7 @@ from numba.core.typing.templates import AbstractTemplate, infer_global, signatur
 from numba.extending import intrinsic, lower_builtin, models, register_model, type_callable
 
 COUNT = 8
+"""Doubles side by side: what a register of AVX-512 holds (64 bytes), and two of AVX2."""
 DOUBLES = ir.VectorType(ir.DoubleType(), COUNT)
 BITS = ir.VectorType(ir.IntType(1), COUNT)
 

@@ -18,6 +18,7 @@ Sizes = tuple[int, ...]
 Pointer = Any
 
 ALIGNMENT = 64
+"""Bytes of eight doubles: LLVM takes vectors of them to lie at multiples of their size."""
 
 
 def sizes(count: int) -> Sizes:

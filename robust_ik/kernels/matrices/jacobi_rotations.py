@@ -20,7 +20,9 @@ from robust_ik.kernels.compiler.simd_lanes import LANES, Number, folded, root, s
 from robust_ik.kernels.compiler.stack_memory import Pointer, Sizes, by_eights
 
 MOST_ROWS = 16
+"""Rows that a matrix may have. Chosen: more than arms have joints; kernels for more would take longer to compile."""
 SWEEPS = 40
+"""The end where rounding keeps rows turning. Chosen: random matrices take up to 12; LAPACK's dgesvj allows 30."""
 ORTHOGONAL = (3e-16) ** 2
 """cos² of two rows that need no rotation."""
 LAST = 1e-17
@@ -43,6 +45,7 @@ def _tournament(count: int) -> list[list[tuple[int, int]]]:
 
 
 PAIRS = MOST_ROWS * (MOST_ROWS - 1) // 2
+"""Pairs of MOST_ROWS rows: the room in the schedule for each number of rows."""
 
 
 def _schedule() -> tuple[np.ndarray, np.ndarray]:

@@ -17,8 +17,9 @@ from robust_ik.kernels.pose.error_hessian import curvature
 from robust_ik.kernels.pose.newton_polish import ROOM, SIX, TWELVE, look, newton_step, reached
 
 ROUNDS, SETTLED = 8, 2
-"""Steps at the most, and those after which each leaves at most FALL of E."""
+"""Steps at the most, and those after which each leaves at most FALL of E. Where it converges it takes four or five."""
 FALL = 0.5
+"""What a step may leave of E. Chosen: Newton's method leaves far less near a solution; more only wastes steps."""
 LONGEST = 0.5
 """Of the entries of a step, rad or m."""
 PART = 1e-4
@@ -26,6 +27,7 @@ PART = 1e-4
 FLAT = 0.05
 """Least singular value, m per rad, from which on no extremum is looked for."""
 LEAST = 1e-14
+"""Damping, m² per rad²: keeps pivots from zero. Chosen: the square of 1e-7, far below any σ that moves the pose."""
 BLOCK = sizes(6)
 
 

@@ -28,6 +28,7 @@ BEYOND = 0.02
 STARTS, STEPS = 6, 20
 """Of the search for them, in damped steps."""
 TOLERANCE = 1e-8
+"""m and rad to which closest poses are polished; and the E, so 1e-4 m and rad, at which BEYOND counts as reached."""
 OPTIONS = sizes(lay.OPTIONS)
 
 

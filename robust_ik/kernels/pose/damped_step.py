@@ -20,6 +20,7 @@ from robust_ik.kernels.compiler.stack_memory import ONE, W8, W16, Pointer, by_ei
 from robust_ik.kernels.pose import pose_layout as lay
 
 MU, FLOOR = 0.03, 1e-13
+"""Of λ² = μE + ε. Chosen: a larger μ creeps, a smaller one zigzags near singular poses; ε keeps pivots from zero."""
 SIX = sizes(6)
 
 

@@ -15,6 +15,7 @@ from robust_ik.kernels.pose.error_hessian import curvature
 from robust_ik.kernels.pose.pose_error import measure
 
 ROUNDS = 40
+"""Steps at the most, those not taken among them. Chosen: near a minimum few are needed; others wait for the damping."""
 ENOUGH = 1e-10
 """Relative fall of E that is worth no further step."""
 NEARLY, DESCENT = 1e-6, 200

@@ -14,15 +14,19 @@ from robust_ik.kernels.pose import pose_layout as lay
 OPPOSITE = -0.9999995
 """Cosine of an angle, π − 0.001, from which on its axis is read off the symmetric part of a rotation."""
 LEAST = 1e-150
+"""Sine and cosine below this have no angle, and give 0. Of a rotation one of them is 0.7 at least."""
 CLOSE = 0.9995
 """Cosine of an angle, 0.0316, up to which a series gives the last bits."""
 C1, C2, C3, C4, C5 = 1 / 6, 3 / 40, 5 / 112, 35 / 1152, 63 / 2816
+"""Taylor's series of arcsin s / s in s²: up to s² = 1e-3 what is left out is below 2e-20."""
 P0, P1, P2 = -8.750608600031904122785e-1, -1.615753718733365076637e1, -7.500855792314704667340e1
 P3, P4 = -1.228866684490136173410e2, -6.485021904942025371773e1
+"""P0 to P4: numerator of (arctan x − x)/x³ in x², for x up to 0.66, a minimax rational function; Cephes, atan.c."""
 Q0, Q1, Q2 = 2.485846490142306297962e1, 1.650270098316988542046e2, 4.328810604912902668951e2
 Q3, Q4 = 4.853903996359136964868e2, 1.945506571482613964425e2
+"""Q0 to Q4: its denominator, whose leading coefficient is 1."""
 SPARE = 6.123233995736765886130e-17
-"""What π/2 has beyond its double."""
+"""What π/2 has beyond its double; MOREBITS of Cephes, atan.c."""
 
 
 @inlined

@@ -13,6 +13,7 @@ COUNT, LENGTH = 0, 1
 TURN, FREE = 2, 3
 """Which rotations are wanted: NONE, SINGLE, SWING or FULL, and the world axis that a swing leaves free."""
 NONE, SINGLE, SWING, FULL = 0, 1, 2, 3
+"""Codes of TURN: how many of the rotations wx, wy, wz are wanted."""
 ROWS = 4
 """Six numbers: 1 for a row that is wanted, else 0."""
 SYMMETRIC, SEEDS = 10, 11
@@ -24,11 +25,13 @@ CHAIN, TABLE = 19, 20
 EDGES = 21
 """How many configurations on the boundary of what is reachable the table has after its first SEEDS."""
 HEAD = 24
+"""Numbers before the first joint: these 22, rounded up to a multiple of eight."""
 
 STRIDE = 8
 """Then for each of the k joints: its limits; where q has it and whether as cosine and sine; whether a full turn changes
 nothing; the finite range that random configurations come from."""
 LOWER, UPPER, PLACE, CIRCLE, PERIODIC, FROM, TO = 0, 1, 2, 3, 4, 5, 6
+"""Places of these in a joint's numbers."""
 
 # The table has a row of ENTRIES numbers for every feature of a pose, then for every joint, then for the tool's x axis.
 FEATURES = 12
@@ -40,12 +43,19 @@ NORMAL = 5
 # Options.
 POSITION_TOLERANCE, ROTATION_TOLERANCE, SCALE, PREFER, WANTED, STARTS, POLISHED, RANDOM, APART, THOROUGH = range(10)
 OPTIONS = 10
+"""How many there are."""
 NEAREST, ANY, LIMITS, SINGULARITY = 0, 1, 2, 3
+"""Codes of PREFER: `pose_ik.options.PREFERENCES` names them."""
 MOST_FOUND, MOST_POLISHED = 64, 8
+"""Solutions of a target, and starts that are polished. Six joints have up to 16; `search_memory` has room for 8."""
 MOST_SEEDS, MOST_EDGES = 256, 128
+"""Configurations of the table, and on the boundary. Chosen: more are nearer to targets, and take longer to rate."""
 ENTRIES = MOST_SEEDS + MOST_EDGES
+"""Numbers of a row of the table."""
 
 # Results.
 STATUS, POSITION_ERROR, ROTATION_ERROR, ITERATIONS, TRIED, FOUND = range(6)
 NUMBERS = 6
+"""How many there are."""
 SOLVED, CLOSEST, OUT_OF_REACH = 0, 1, 2
+"""Codes of STATUS: places in `pose_ik.result.STATUSES`."""

@@ -21,7 +21,9 @@ from robust_ik.kernels.pose.solution_ranking import arrange, unwind, write_confi
 from robust_ik.kernels.pose.target_checks import unreachable
 
 WINDOW, RATIO = 5, 0.4
+"""Steps, and what of E may be left after them. Chosen: less misses slow solutions, more wastes hopeless steps."""
 FIRST_WINDOW, FIRST_RATIO, SLOW_RATIO = 3, 0.5, 0.9
+"""The same of the first start, at q0; and RATIO where E < NEARLY, since steps creep towards singular solutions."""
 LONGEST = 100
 """Steps of one start at the most."""
 NEARLY = 1e-4

@@ -15,6 +15,7 @@ from robust_ik.kernels.pose.start_table import bring, nearest, rate
 from robust_ik.kernels.pose.target_checks import unreachable
 
 TARGET, START, STEP, TOTAL, SOLUTIONS, RATED, KEPT, BEST, HISTORY = 0, 1, 2, 3, 4, 5, 6, 7, 8
+"""Places: target and counters, whether the table is rated, how many are kept, the least E, E of the last six steps."""
 EDGE, EDGED = 14, 15
 """Whether a start is on the boundary of what is reachable, and how many were, which START does not count."""
 OWN, AIM = 16, 32
@@ -24,6 +25,7 @@ KEPT_E, KEPT_VALUES = 48, 56
 CLOSEST_VALUES, CLOSEST_ERROR, LOOSE, DISTANCES = 184, 200, 202, 208
 """LOOSE: how far a start may go beyond the limits of joints that come round again, rad."""
 SIZE = 208 + lay.ENTRIES
+"""Numbers in all: DISTANCES come last, one for each entry of the table."""
 MEMORY = sizes(SIZE)
 CLOSE = 0.05
 """What is kept differs by so much, rad or m."""

@@ -13,6 +13,7 @@ from robust_ik.kernels.compiler.stack_memory import ONE, Pointer, further, sizes
 from robust_ik.kernels.pose import pose_layout as lay
 
 NEAR = 1e-9
+"""Radius, m, up to which the azimuth is that of the tool axis: there rounding would decide that of the position."""
 TWELVE = sizes(12)
 
 

@@ -7,6 +7,7 @@ ROWS, ROW = 0, 1
 METHOD, DAMPING = 7, 8
 """How J is inverted; λ² of DAMPED."""
 DAMPED, FORMULA = 0.0, 1.0
+"""Codes of METHOD."""
 ADDRESS, PARAMETERS = 9, 10
 """Where the compiled formula is, and where its parameters begin in the vector."""
 TASK, JOINTS = 11, 12
@@ -14,6 +15,7 @@ TASK, JOINTS = 11, 12
 REFERENCE, CHAIN = 13, 14
 """The reference of twists, and where the chain begins."""
 HEAD = 16
+"""Numbers before PARAMETERS, factors and chain, of which 15 are used."""
 
 DONE, NOT_FINITE, OFF_CIRCLE, TOO_LARGE, UNLIKE = 0, 1, 2, 3, 4
 """What a step returns: UNLIKE where it was not given vectors of doubles as long as they have to be."""
