@@ -12,8 +12,9 @@ from robust_ik.kinematics.chain import Chain
 from robust_ik.pose_ik.span import at_zero, find_span
 
 SMALLEST, LARGEST = 0.2, 10.0
+"""Arms from one to the other, m, are measured in metres. Chosen: papers state thresholds for arms of about a metre."""
 ROUNDING = 1e-6
-"""Arms from one to the other, m, are measured in metres."""
+"""Of both, relative: an arm that is just as large in a file must not fall outside by rounding."""
 NOTHING = 1e-4
 """Links that are shorter than this share of all offsets, that of the base among them, are rounded ones of a wrist."""
 

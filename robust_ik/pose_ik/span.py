@@ -12,6 +12,7 @@ from robust_ik.checks import Array
 from robust_ik.kinematics.chain import Chain
 
 ROUNDS = 60
+"""Of reweighting. Chosen: of eight arms the bound is then within 1 mm of its least, 1.6 mm after 40."""
 MOST_CORNERS = 6
 """Sliding joints with some travel between two that turn; more are not bounded."""
 SHORTEST = 1e-9

@@ -18,6 +18,7 @@ from robust_ik.errors import InputError
 Mask = NDArray[np.bool_]
 
 UNIT_CIRCLE_TOLERANCE = 1e-6
+"""How far a (cos, sin) may be from length 1. Chosen: integration and files of seven digits pass, mistakes do not."""
 FLOAT = np.dtype(float)
 
 

@@ -11,6 +11,7 @@ from robust_ik.errors import TipError
 from robust_ik.robot.robot import Robot
 
 _SAMPLES, _STARTS, _ITERATIONS = 500, 12, 200
+"""Random configurations, the best that climb, their steps. Five times as many gain 10 µm at most for nine arms."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,9 +19,11 @@ from robust_ik.runtime.parallel import parts, run_pieces, seed_of
 from robust_ik.runtime.progress import Told
 
 COUNT, CHUNK = 20_000, 5_000
+"""Configurations of a map, and of a worker's piece. Chosen: more fill finer cells; larger pieces are shared worse."""
 QUANTITIES = ("smallest sigma", "manipulability", "inverse condition")
 AXES = ("x", "y", "z")
 MOST_CELLS = 10_000_000
+"""Of a map. Chosen: they take some 0.2 GB; so many only come of a size that is given in wrong units."""
 ON_THE_LINE = 1e-9
 """Positions so near below the line between two cells lie on it, as a share of a cell: rounding does not move them."""
 
