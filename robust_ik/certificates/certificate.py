@@ -16,7 +16,9 @@ from robust_ik.runtime.output_files import write_file
 
 FORMAT, VERSION = "robust_ik certificates", 1
 LARGEST_FILE = 64_000_000
+"""Bytes of a file that is read. Chosen: a hundred times what the Panda's proofs take (0.66 MB), small beside memory."""
 MOST_PROOFS = 6
+"""One for each corank: a task has six rows at the most."""
 
 
 @dataclass(frozen=True)

@@ -33,6 +33,7 @@ from robust_ik.certificates.proof.untrusted_json import CertificateError
 from robust_ik.checks.public_arguments import checked
 
 ATTEMPTS = 20
+"""Primes tried for a case. Chance divides by zero once in some 2⁵⁰ tries: twenty in a row are the proof's fault."""
 
 
 @dataclass(frozen=True)

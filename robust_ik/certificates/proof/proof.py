@@ -34,9 +34,13 @@ FORMAT, VERSION = "robust_ik certificate", 2
 TURNING_ONLY = 1
 """The version before sliding joints: all joints turn."""
 MAX_LENGTH = 20_000_000
+"""Characters of a proof. Chosen: thirty times the Panda's for corank 2 (0.6 MB), read in seconds."""
 MAX_NODES = 20_000
+"""Cases of a proof. Chosen: four times as many as the prover makes before it gives up (`case_split.MAX_NODES`)."""
 MAX_JOINTS = 20
+"""Joints of an arm. Chosen: twice as many as the longest arms that are searched for singular configurations."""
 MAX_DEGREE = 128
+"""Largest power in a form, or of one. Chosen: ten times the 12 of a joint in a minor of six columns, 2 in each."""
 
 
 @dataclass(frozen=True)
