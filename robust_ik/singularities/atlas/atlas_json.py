@@ -30,6 +30,7 @@ from robust_ik.singularities.lost_motion.along_a_stratum import lost_along
 
 FORMAT, VERSION = "robust_ik singularity atlas", 2
 LARGEST_FILE = 64_000_000
+"""Bytes of a file that is read. Chosen: the Panda's atlas with its proofs has 4 MB; this is small beside memory."""
 BROKEN = (ValueError, KeyError, TypeError, AttributeError, IndexError, ArithmeticError, RecursionError, RobustIKError)
 """What reading a file comes to whose values are not those of an atlas."""
 CHAIN_ARRAYS = ("rotations", "offsets", "tip", "mixing", "lower", "upper", "period")

@@ -21,7 +21,9 @@ LARGEST = 4
 DEPENDENT = 1e-9
 """Of the squared singular values of tangents."""
 INDEPENDENT = 1e-4
+"""Least singular value of independent unit covectors. Chosen: far above rounding, far below what is usual."""
 POINTS = 24
+"""Points at which sets are looked at. Chosen: enough to tell that four of five agree; more take longer."""
 
 
 @dataclass(frozen=True, eq=False)

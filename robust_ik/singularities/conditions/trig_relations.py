@@ -25,9 +25,11 @@ FITS = 1e-8
 UNIQUE = 1e-5
 """The next one must be above this: else several relations fit, and a smaller basis or other joints tell them apart."""
 ZERO_COEFFICIENT = 1e-7
+"""Coefficients below this part of the largest one are rounding. Chosen: ten times what FITS lets pass."""
 SMALLEST = 1e-4
 """A relation with a coefficient between the one and the other is none: points of a near-degenerate family fit it."""
 TRIMS = 3
+"""Fits at the most, each without the outliers of the one before. Chosen: a few outliers are all found by two."""
 OUTLIER = 30.0
 """Points whose residual is this many times the median belong to crossings of strata."""
 

@@ -23,9 +23,13 @@ from robust_ik.singularities.geometry.screw_chain import ScrewChain
 WALKERS, LONG_WALK = 12, 14
 """Walks on from one, and their steps: points to fit a relation to where those of a group are of several strata."""
 MOST_POINTS = 250
+"""Samples that relations are fitted to. Chosen: eight times the 32 terms that a relation may have (`MOST_TERMS`)."""
 PATH = 17
+"""Samples that lie on one walk: where it starts, and the 16 steps of `walk`."""
 CONSTANT = 1e-6
+"""Angles that change less along a walk stand still, rad or m: as joints do, `tangent_walk.STILL`."""
 MOST_SPLITS = 8
+"""Components that samples are split into. Chosen: more are rare; what is left is read in a later round."""
 
 
 def coupled_leaves(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> list[Leaf]:

@@ -24,9 +24,13 @@ from robust_ik.singularities.geometry.screw_chain import ScrewChain
 ROUGH = 2e-3
 """Points that were reached slowly are this far off, rad or m."""
 TRIALS = 3
+"""Values that a joint is moved to; it is free if all are singular. Chosen: fewer trust to chance, more take longer."""
 MOSTLY = 0.8
+"""Share of points that must agree. Chosen: some are off, near crossings, and most are not."""
 MOST_COUPLED = 3
+"""Joints of a relation that is fitted. Chosen: more joints take more terms than such rough points can decide."""
 NEWTON, STEEP = 5, 1e-3
+"""Newton steps, and σ of ∂r/∂q over σ₁ of a steep direction: `rank_residual.CLEAR`. Chosen: from nearby, five do."""
 EXACTLY = 1e-12
 """A multiple of π/12 to rounding, rad."""
 FEWEST = 3

@@ -32,6 +32,11 @@ AWAY = 0.3
 """Least distance that a pinned joint is moved away to see whether the singularity goes, rad or m."""
 
 STEPS, DIFFERENCE, LONGEST = 30, 1e-6, 0.5
+"""Newton steps, half-width of central differences, longest entry of a step, rad or m.
+
+Chosen: seven steps go half a turn, the others settle; the error of differences is least near the cube root of ε; longer
+steps would leap over solutions.
+"""
 SOLVED = 1e-11
 """Size of all conditions at a point that fulfils them."""
 SMALL = 1e-6

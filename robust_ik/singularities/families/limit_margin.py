@@ -13,6 +13,7 @@ from robust_ik.singularities.geometry.screw_chain import ScrewChain
 BEST = 12
 """Samples from which the slack of coupled joints is driven up."""
 CLIMBS, STEP = 20, 0.2
+"""Steps of the ascent, and the length of the first, rad or m. Chosen: twenty halvings take it to 2e-7."""
 
 
 def slack(values: Array, lower: Array, upper: Array, period: Array) -> Array:

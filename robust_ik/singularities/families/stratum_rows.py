@@ -20,6 +20,7 @@ from robust_ik.singularities.find.tangent_walk import relative_sigmas
 from robust_ik.singularities.lost_motion.along_a_stratum import lost_along
 
 FILLS = 16
+"""Random members of a leaf that σ is measured at. Chosen: more see more of the largest, and take longer."""
 EDGE = 1e-9
 """A margin above minus this is within the limits, rad."""
 

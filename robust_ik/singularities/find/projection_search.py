@@ -13,6 +13,7 @@ from robust_ik.singularities.geometry.screw_chain import ScrewChain
 TOLERANCE = 1e-11
 """‖r‖/σ₁ that counts as zero."""
 STEPS = 60
+"""Of a search. Chosen: 4,800 searches on four arms, coranks 1 to 3, took up to 42."""
 LONGEST_STEP = 0.5
 """Of one joint in one step, rad or m."""
 FIRST_DAMPING, LESS, MORE = 0.1, 0.2, 4.0

@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 TOLERANCE = 1e-4
 """Angles this near to a multiple of π/12 are taken to be it, rad."""
 UNCHANGED = 1e-11
+"""Turns below this, rad, are rounding of the poses that were read, and no changes to be told."""
 STEP = np.pi / 12
+"""15°: the angles of nominal geometry, 30°, 45°, 60° and 90°, are multiples of it."""
 
 
 def straightened(robot: Robot, chain: ScrewChain, tolerance: float = TOLERANCE) -> tuple[ScrewChain, tuple[str, ...]]:

@@ -15,6 +15,7 @@ from robust_ik.singularities.lost_motion.lost_motion import LostMotion, lost_mot
 from robust_ik.singularities.lost_motion.wording import in_words
 
 SAMPLES = 8
+"""Members that words are found for. Chosen: what all eight share is likely to hold for all; more take longer."""
 FLAT = 1e-7
 """Curvature, in units of the twist per rad², below which a self-motion does not lead along a lost direction."""
 

@@ -47,6 +47,7 @@ class LostMotion:
 
 
 ALL_ROWS = (0, 1, 2, 3, 4, 5)
+"""Indices of the rows of a twist, position first."""
 
 
 def lost_motion(

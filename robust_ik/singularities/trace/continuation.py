@@ -17,6 +17,7 @@ from robust_ik.singularities.geometry.screw_chain import ScrewChain
 STEP, SHORTEST = 0.06, 1e-4
 """Longest and shortest step, rad or m."""
 SMALLER, LARGER = 0.6, 1.5
+"""Factors of the step where it was refused, and after one that was taken. Chosen: slow enough not to alternate."""
 STRAIGHT = 0.995
 """A step may turn the way by 6°: its chord then leaves the curve by a hundredth of its length."""
 ALMOST = 1e-13
@@ -24,6 +25,7 @@ ALMOST = 1e-13
 BESIDE = 0.05
 """The way has come back to its start if a step passes it no farther off than this part of the step."""
 MOST_STEPS = 20_000
+"""Of a way without a given length. Chosen: at the longest step, 190 full turns; curves that close are far shorter."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,6 +12,7 @@ from robust_ik.singularities.geometry.screw_chain import ScrewChain
 from robust_ik.singularities.trace.coupled_curves import Curve
 
 MOST_PANELS = 6
+"""Pairs of joints that are drawn. Chosen: all pairs of four joints, two rows of three in a figure."""
 MOST_POINTS = 500
 """Of a curve in a drawing: closer together than can be seen."""
 
