@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from robust_ik.certificates import Proof, Verdict
 
 LARGEST_FILE = 64_000_000
+"""Bytes of a file that is read: the same as for certificates and atlases, since it may be either."""
 INTERRUPTED = 130
 """The exit status after Ctrl-C."""
 

@@ -19,6 +19,7 @@ from robust_ik.robot.robot import Robot
 from robust_ik.simulation.trajectory import Trajectory
 
 MOST_NOTES = 20
+"""Notes that `info` prints. Chosen: with the facts above them they fill about a screen; the others are counted."""
 
 
 def comparison(runs: Mapping[str, Trajectory]) -> Table:

@@ -26,6 +26,7 @@ from robust_ik.simulation.scenario import Method, Motion, Scenario
 from robust_ik.simulation.trajectory import Trajectory
 
 MAX_STEPS = 10_000_000
+"""Of a run. Chosen: a day of 100 steps a second has 8,640,000; more is a mistake in dt, and would fill memory."""
 
 
 @overload

@@ -15,7 +15,9 @@ from robust_ik.checks import Array
 from robust_ik.description.dh.dh_table import DHJoint, DHTable, screw
 
 UNSTATED_VELOCITY = 1000.0
+"""rad/s or m/s. A URDF's <limit> must state a velocity: chosen so large that it stops nothing."""
 UNSTATED_EFFORT = 1000.0
+"""N m or N. A URDF's <limit> must state an effort, which a DH table does not have and kinematics do not use."""
 JOINT_COLOR, LINK_COLOR = (0.13, 0.24, 0.38, 1.0), (0.80, 0.83, 0.86, 1.0)
 
 

@@ -11,8 +11,11 @@ import trimesh
 from numpy.typing import ArrayLike, NDArray
 
 MAX_FACES = 25_000
+"""Triangles of a drawn mesh. Chosen: 0.5 MB of a page each; more show finer details, and load more slowly."""
 CREASE = np.radians(35.0)
+"""Edges that bend by more are drawn sharp. Chosen: cylinders of 11 sides or more look round, chamfers of 45° do not."""
 MATCHED_EDGES = 0.995
+"""Share of edges with faces on both sides that makes a mesh closed. Chosen: a few flaws pass, a hole does not."""
 
 
 @dataclass(frozen=True, eq=False)

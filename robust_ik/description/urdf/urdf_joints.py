@@ -14,6 +14,7 @@ from robust_ik.description.urdf.urdf_numbers import LARGEST, are_numbers, number
 
 JOINT_TYPES = (*MOVING_TYPES, "fixed", "floating", "planar")
 LEAST_AXIS = 1e-6
+"""Length below which an axis is zero. Chosen: URDF asks for 1, files write other lengths, rounding leaves less."""
 LARGEST_LIMIT = 1e18
 """Limits are written as large as 1e16."""
 STANDS = "it stands still at zero, and a tip that it moves is refused"

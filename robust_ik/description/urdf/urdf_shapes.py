@@ -17,6 +17,7 @@ _NEEDED = {"box": {"size": 3}, "sphere": {"radius": 1}, "cylinder": {"radius": 1
 _LEFT_OUT = "it is left out, in drawings and where collisions are looked for"
 _MASSES = {"mass": ("value",), "inertia": ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")}
 LARGEST_MASS = 1e18
+"""kg and kg m². Chosen: as large as limits may be (`urdf_joints.LARGEST_LIMIT`), far below where products overflow."""
 
 
 def mend_shapes(root: Any, notes: Notes) -> None:

@@ -16,7 +16,9 @@ SUFFIX = ".xacro"
 SECONDS = 60
 """A file that takes longer is given up."""
 MEMORY = 1_000_000_000
+"""Bytes of address space of the process that expands. Chosen: forty times the 25 MB of xacrodoc by itself."""
 MOST_CHARACTERS = 50_000_000
+"""Of the URDF that comes out: as many as a URDF file may have bytes, `urdf_reader.MAX_BYTES`."""
 _START = """
 import json, sys
 sys.path[:] = json.loads(sys.argv[1])

@@ -11,7 +11,9 @@ from robust_ik.checks import Array
 from robust_ik.simulation.trajectory import Trajectory
 
 FRAMES_PER_SECOND = 30.0
+"""The rate of video. Chosen: the viewer fills in what is between; more frames only make pages larger."""
 MOST_FRAMES = 3000
+"""Of a run. Chosen: 100 s at that rate; longer runs have fewer frames a second, so that their pages stay small."""
 
 
 @dataclass(frozen=True, eq=False)

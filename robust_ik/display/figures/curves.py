@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 INK = "#1c6fb8"
 ACROSS = 3
+"""Panels in a row: at 3.6 inches each they fit the width of a page in landscape, 11 inches."""
 
 
 @checked

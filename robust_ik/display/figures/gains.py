@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LEAST_SIGMA = 1e-4
+"""Of σ₁: where curves begin. Chosen: two decades below the thresholds that filters usually have, .01 to .1."""
 STYLES = ("-", "--", "-.", ":")
 
 

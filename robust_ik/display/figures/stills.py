@@ -25,6 +25,7 @@ LOST = ("#1f4fd8", "#d6202c", "#1f9d45", "#8a3fb5", "#c77a12", "#0f9aa8")
 SMALL = 0.05
 """Parts of a direction below this are not drawn."""
 ACROSS = 4
+"""Arms in a row: at 2.9 inches each they fill the width of an A4 page in landscape, 11.7 inches."""
 
 
 @checked

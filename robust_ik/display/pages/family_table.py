@@ -23,6 +23,7 @@ from robust_ik.singularities.atlas import cells
 from robust_ik.singularities.conditions import RobotFacts
 
 COLUMNS = 5
+"""Of the table: number, conditions, dimension, pieces, limits. Rows that span all of it need to know."""
 
 
 def family_table(facts: RobotFacts, shown: Sequence[Family]) -> str:

@@ -12,9 +12,13 @@ from robust_ik.checks import Array
 from robust_ik.errors.safe_text import in_html
 
 WIDTH, HEIGHT = 400.0, 132.0
+"""Of the drawing, in units of its own: pages scale it. Chosen: flat, so that several fit one below the other."""
 LEFT, RIGHT, TOP, BOTTOM = 46.0, 8.0, 20.0, 20.0
+"""Margins in these units. Chosen: room for values at the left, the title at the top and times at the bottom."""
 BINS = 240
+"""Stretches of time that have a point each. Chosen: in the 346 units between the margins finer ones cannot be seen."""
 DECADES = 6
+"""Of a logarithmic axis. Chosen: more would flatten the curves; smaller values lie on its lower end."""
 
 
 @dataclass(frozen=True, eq=False)

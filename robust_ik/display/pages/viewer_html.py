@@ -12,6 +12,7 @@ from robust_ik.display.scene.meshcat_module import Visualizer
 from robust_ik.errors.safe_text import in_html
 
 MOST_NAMED = 40
+"""Meshes that a notice names, one a line. Chosen: about a screen of lines; the others are counted."""
 Entry = tuple[str, str, str, str]
 """Of a legend: the group that it hides, its icon, its name, what it means."""
 

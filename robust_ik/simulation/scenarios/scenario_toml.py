@@ -22,6 +22,7 @@ from robust_ik.simulation.scenarios.method_tables import method
 from robust_ik.simulation.scenarios.target_tables import Table, target
 
 LARGEST_FILE = 1_000_000
+"""Bytes of a file that is read. Chosen: three hundred times the largest of ours (3 kB)."""
 
 
 def read_scenario(path: str | Path) -> Scenario:

@@ -22,6 +22,7 @@ from robust_ik.robot.loading import load
 from robust_ik.robot.robot import Robot
 
 GAIN, DT = 5.0, 0.01
+"""Gain, 1/s, and step, s, as of `Stretch`. Chosen: a loop is stable for GAIN · DT below 2, and this is 0.05."""
 
 
 @dataclass(frozen=True, eq=False)

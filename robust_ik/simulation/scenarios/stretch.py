@@ -22,12 +22,19 @@ from robust_ik.simulation.simulator import simulate
 from robust_ik.simulation.trajectory import Trajectory
 
 BEYOND = 1.1
+"""How far the target goes, in reaches. Chosen: out of reach even where the reach that was found is too short."""
 PULL = 0.3
+"""Cap on the position error, in reaches. Chosen: a larger one pulls harder at the arm while it is stretched."""
 LEAST_REACH = 1e-9
+"""m; a tip that moves less does not move: rounding."""
 _SAMPLES = 400
+"""Configurations that a start is chosen from. Chosen: more find a better one, and take longer."""
 _ROW_SAMPLES = 20
+"""Configurations that tell whether rows can be moved in. Chosen: nearly any single one tells."""
 _WELL_CONDITIONED = 0.02
+"""σ over the largest one, above which a start is good. Chosen: twice what the demo's page calls singular."""
 _HALF_STRETCHED = 0.8
+"""Part of the reach below which a start is good. Chosen: the way out must be long enough to be seen."""
 
 
 @dataclass(frozen=True, eq=False)
