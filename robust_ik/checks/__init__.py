@@ -18,7 +18,9 @@ LEAST_PARAMETER, LARGEST_PARAMETER = 1e-100, 1e100
 """Parameters other than 0 lie between these in magnitude, so that their squares neither vanish nor overflow."""
 
 RIGID_TOLERANCE = 1e-6
+"""How far R Rᵀ may be from 1. Chosen: rotations written with seven digits pass, those with a scale do not."""
 FEW = 16
+"""Entries up to which Python is faster: 16 take it 1.1 µs, and NumPy 2.2; both take as long for 36."""
 
 
 def as_array(value: ArrayLike, name: str, shape: tuple[int | None, ...], *, finite: bool = True) -> Array:

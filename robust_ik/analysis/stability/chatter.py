@@ -21,6 +21,7 @@ from robust_ik.kinematics.singular_value_gradients import singular_value_gradien
 from robust_ik.kinematics.svd import svd
 
 REFINEMENTS, PER_REFINEMENT = 6, 41
+"""How often an interval is divided, and into how many points: 40⁶ takes the 4 % between grid points to 1e-11 of σ."""
 
 
 @computed

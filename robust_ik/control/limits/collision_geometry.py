@@ -23,9 +23,11 @@ LEAST_THICKNESS = 1e-4
 DIRECTIONS = 250
 """Corners of a hull that had too many edges at one; coal takes 255 edges."""
 ITERATIONS = 128
+"""Of coal's search for a depth (EPA), whose default is 64. Chosen: more make depths more exact, and take longer."""
 TOLERANCE = 1e-8
 """Of coal's distances between round shapes, relative; normals are as exact as its root."""
 UNIT_TOLERANCE = 1e-6
+"""How far a normal's squared length may be from 1. Chosen: far above rounding; where coal fails it is 0 or NaN."""
 
 
 class Contact(NamedTuple):

@@ -15,6 +15,7 @@ from robust_ik.robot.robot import Robot
 from robust_ik.runtime.files import read_file
 
 MAX_BYTES = 20_000_000
+"""Of an SRDF file. Chosen: over a hundred times the largest of example-robot-data (0.12 MB)."""
 FOLDER = "srdf"
 """The folder of a robot's package that example-robot-data keeps SRDFs in."""
 

@@ -27,6 +27,7 @@ NODES, SHORTCUTS = 1500, 80
 AROUND = 1.6
 """rad or m beyond start and goals where ways are looked for."""
 FULL = 1e-9
+"""m or rad: lacking room, or way, below this counts as none. Chosen: far above rounding, far below what matters."""
 
 
 class PathSearch:

@@ -23,6 +23,7 @@ from robust_ik.kinematics.singular_value_gradients import manipulability_gradien
 from robust_ik.kinematics.svd import least_norm_solution, manipulability
 
 SMALL = 1e-12
+"""Gradients and measures below this are rounding beside 1: nothing is divided by them."""
 
 
 def smooth(share: float) -> float:
