@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 LARGEST_FILE = 64_000_000
 """Bytes of a file that is read: the same as for certificates and atlases, since it may be either."""
 INTERRUPTED = 130
-"""The exit status after Ctrl-C."""
+"""The exit status after Ctrl-C. A shell's convention: 128 and the number of SIGINT, 2."""
 
 
 def singularities(

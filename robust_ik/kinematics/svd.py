@@ -41,7 +41,7 @@ No rank, but how much may be paid: to hold both at their values could take a mot
 
 
 LARGEST_COMPILED = 16
-"""Matrices with more rows or columns are left to LAPACK."""
+"""Matrices with more rows or columns are left to LAPACK: kernels have room for 16, `jacobi_rotations.MOST_ROWS`."""
 
 
 @dataclass(frozen=True, eq=False)

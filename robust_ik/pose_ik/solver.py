@@ -26,7 +26,7 @@ from robust_ik.pose_ik.scaled_problem import PoseUnits
 from robust_ik.runtime.parallel import run_pieces
 
 ROTATION_TOLERANCE, APART = 1e-8, 0.1
-"""Defaults, rad. Chosen: 1e-8 is far above rounding; solutions of two branches differ by far more than 0.1."""
+"""Defaults, rad. Chosen: 1e-8 is far above rounding; solutions of two branches usually differ by more than 0.1."""
 USUAL = ("nearest", 1, "normal", None, ROTATION_TOLERANCE, None, APART)
 MOST_KEPT = 64
 """Sets of options that a solver keeps as kernels read them."""

@@ -20,12 +20,12 @@ from robust_ik.certificates.prover.trig_polynomials import Trig
 from robust_ik.certificates.prover.vanishing import divides, triangular, vanishes
 
 TRIALS = 30
-"""How many minors are factored, the shortest first, to find the one to branch on."""
+"""Minors that are factored to find one to branch on, the shortest first. Chosen: more make fewer cases, more slowly."""
 
 MAX_LIVE = 6
-"""How many relations are gathered before a case is given up as implicit."""
+"""Relations that are gathered before a case is given up as implicit. Chosen: more may resolve it, but take long."""
 MAX_RELATIONS = 3
-"""How many relations at most describe a leaf."""
+"""Relations of a leaf at the most. Chosen: all sets of so many are tried, and their number grows fast."""
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from flint import fmpq_poly
 from robust_ik.certificates.prover.half_angle_forms import HalfAngles
 
 ORDERS = 6
-"""How many orders of solving the relations are tried."""
+"""Orders of solving the relations that are tried: three, `case_decision.MAX_RELATIONS`, have six."""
 
 
 def divides(half: HalfAngles, divisor: Any, value: Any) -> bool:

@@ -21,7 +21,7 @@ from robust_ik.kinematics.svd import null_projector
 from robust_ik.kinematics.twist_rows import ROWS
 
 MOST_JOINTS = 16
-"""Robots with more are stepped in Python."""
+"""Robots with more are stepped in Python. As many as the compiled SVD takes, `jacobi_rotations.MOST_ROWS`."""
 
 EXTREME = 1e30
 """Weights beyond it, or below its inverse, are left to Python, which takes care of overflow."""

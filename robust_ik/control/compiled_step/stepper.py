@@ -20,7 +20,7 @@ from robust_ik.kinematics.twist_rows import checked_rows
 from robust_ik.robot.robot import Reference, Robot
 
 SIDE_BY_SIDE = 8
-"""Steps that are done at once: threads get whole multiples of it."""
+"""Steps that are done at once: threads get whole multiples of it. As many as lanes, `simd_lanes.COUNT`."""
 
 
 class Stepper:

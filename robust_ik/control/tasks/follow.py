@@ -17,7 +17,7 @@ from robust_ik.control.tasks.target_paths import Path
 from robust_ik.errors import InputError
 
 STEP = 1e-4
-"""Seconds of the differences that give the twist of a path."""
+"""Seconds of the differences that give the twist of a path. Chosen: rounding makes 1e-12 m/s of them."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,7 +20,7 @@ MAX_TRIANGLES = 600_000
 MAX_TEXT_LINES = 2_000_000
 """Vertices, normals and faces of a text file, which are read more slowly; real ones have up to 60,000 of them."""
 MAX_FACE_LINES = 400_000
-"""Faces of a text file, each read by Python. Chosen: the largest of example-robot-data has 22,246."""
+"""Faces of a text file, which are read slowly. Chosen: the largest of example-robot-data has 22,246."""
 MAX_PARTS = 2_000
 """Groups of an OBJ, solids of an STL: each costs as much as a small file. Real ones have up to 60."""
 MAX_LINE = 20_000

@@ -22,7 +22,7 @@ MESH_FOLDERS = ("meshes", "mesh", "visual", "visuals", "collision", "collisions"
 PACKAGE_ENDINGS = ("_description", "_support")
 """A folder that is called so is a robot's package, with a package.xml or without."""
 LONGEST_NAME = 4096
-"""Characters of a path: no system takes more."""
+"""Characters of a path: no system takes more. Linux's PATH_MAX is 4096."""
 
 
 @dataclass(frozen=True)

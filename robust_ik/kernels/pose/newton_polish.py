@@ -19,11 +19,11 @@ ROUNDS = 40
 ENOUGH = 1e-10
 """Relative fall of E that is worth no further step."""
 NEARLY, DESCENT = 1e-6, 200
-"""E from which on damped least squares go on, and for how many steps."""
+"""E below which damped least squares go on, and for how many steps: singular solutions take long (`descend`)."""
 PATIENCE, ALMOST = 20, 1e-14
 """Steps in which these must halve E while it is above ALMOST."""
 LEAST, MOST = 1e-12, 1e8
-"""Of the damping."""
+"""Of the damping. Chosen: the one hardly changes a step, the other leaves hardly any."""
 SHIFT = 1e-2
 """Times E: the least damping where the second derivative is not positive definite."""
 ROOM, SIX, TWELVE = sizes(lay.MOST_CHAIN), sizes(6), sizes(12)

@@ -14,7 +14,7 @@ from robust_ik.kernels.pose import pose_layout as lay
 OPPOSITE = -0.9999995
 """Cosine of an angle, π − 0.001, from which on its axis is read off the symmetric part of a rotation."""
 LEAST = 1e-150
-"""Sine and cosine below this have no angle, and give 0. Of a rotation one of them is 0.7 at least."""
+"""Sine and cosine below this are not divided by. Of a rotation one of them is 0.7 at least."""
 CLOSE = 0.9995
 """Cosine of an angle, 0.0316, up to which a series gives the last bits."""
 C1, C2, C3, C4, C5 = 1 / 6, 3 / 40, 5 / 112, 35 / 1152, 63 / 2816

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 MOST = 16
-"""Joints that may move the frame independently."""
+"""Joints that may move the frame independently. As many as kernels have room for, W16."""
 MOST_CHAIN = 64
 """Joints of the chain, those that follow others included."""
 

@@ -25,7 +25,7 @@ WINDOW, RATIO = 5, 0.4
 FIRST_WINDOW, FIRST_RATIO, SLOW_RATIO = 3, 0.5, 0.9
 """The same of the first start, at q0; and RATIO where E < NEARLY, since steps creep towards singular solutions."""
 LONGEST = 100
-"""Steps of one start at the most."""
+"""Steps of one start at the most. Chosen: those that need more are better left for another start."""
 NEARLY = 1e-4
 """E below which a start that is given up may be near a solution on the boundary; after EARLY starts it is polished."""
 EARLY, LATER, LAST, THOROUGH = 12, 128, 400, 120

@@ -13,6 +13,7 @@ from robust_ik.kernels.pose.newton_polish import ROOM, SIX, TWELVE, look
 from robust_ik.kernels.pose.random_values import within
 
 WHOLE = 2.0 * math.pi
+"""A full turn, rad."""
 MOST_FOUND = sizes(lay.MOST_FOUND)
 
 

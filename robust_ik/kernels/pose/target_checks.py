@@ -11,7 +11,7 @@ from robust_ik.kernels.pose import pose_layout as lay
 RIGID, UNIT = 1e-6, 1e-6
 """How far R Rᵀ may be from 1, and a (cos, sin) from length 1: as in `checks` and in `robot.joint_map`."""
 FARTHEST = 1e9
-"""A position, or a joint value, beyond this is refused, m or rad."""
+"""A position, or a joint value, beyond this is refused, m or rad. Chosen: doubles there are 1e-7 apart."""
 MARGIN = 1e-9
 """Of the bound: what rounding may have taken."""
 

@@ -16,7 +16,7 @@ from robust_ik.kernels.step import step_layout as slots
 from robust_ik.kernels.step.step_layout import DONE, NOT_FINITE, OFF_CIRCLE
 
 CIRCLE = 2e-6
-"""How far cos² + sin² may be from 1."""
+"""How far cos² + sin² may be from 1. Twice `robot.joint_map.UNIT_CIRCLE_TOLERANCE`, since it is squared."""
 
 
 @inlined

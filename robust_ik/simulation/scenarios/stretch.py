@@ -30,7 +30,7 @@ LEAST_REACH = 1e-9
 _SAMPLES = 400
 """Configurations that a start is chosen from. Chosen: more find a better one, and take longer."""
 _ROW_SAMPLES = 20
-"""Configurations that tell whether rows can be moved in. Chosen: nearly any single one tells."""
+"""Configurations that tell whether rows can be moved in. Full rank anywhere means full rank nearly everywhere."""
 _WELL_CONDITIONED = 0.02
 """σ over the largest one, above which a start is good. Chosen: twice what the demo's page calls singular."""
 _HALF_STRETCHED = 0.8

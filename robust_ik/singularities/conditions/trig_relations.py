@@ -29,7 +29,7 @@ ZERO_COEFFICIENT = 1e-7
 SMALLEST = 1e-4
 """A relation with a coefficient between the one and the other is none: points of a near-degenerate family fit it."""
 TRIMS = 3
-"""Fits at the most, each without the outliers of the one before. Chosen: a few outliers are all found by two."""
+"""Fits at the most, each without the outliers of the one before. Chosen: fewer leave some in, more take longer."""
 OUTLIER = 30.0
 """Points whose residual is this many times the median belong to crossings of strata."""
 

@@ -29,7 +29,7 @@ PATH = 17
 CONSTANT = 1e-6
 """Angles that change less along a walk stand still, rad or m: as joints do, `tangent_walk.STILL`."""
 MOST_SPLITS = 8
-"""Components that samples are split into. Chosen: more are rare; what is left is read in a later round."""
+"""Components that samples are split into. Chosen: bounds the work; what is left is read in a later round."""
 
 
 def coupled_leaves(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> list[Leaf]:

@@ -30,7 +30,7 @@ MOSTLY = 0.8
 MOST_COUPLED = 3
 """Joints of a relation that is fitted. Chosen: more joints take more terms than such rough points can decide."""
 NEWTON, STEEP = 5, 1e-3
-"""Newton steps, and σ of ∂r/∂q over σ₁ of a steep direction: `rank_residual.CLEAR`. Chosen: from nearby, five do."""
+"""Newton steps, and σ of ∂r/∂q over σ₁ of a steep direction: `rank_residual.CLEAR`. Chosen: from ROUGH, five do."""
 EXACTLY = 1e-12
 """A multiple of π/12 to rounding, rad."""
 FEWEST = 3

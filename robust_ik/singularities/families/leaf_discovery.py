@@ -21,7 +21,7 @@ Indices = NDArray[np.int_]
 REPRESENTATIVES = 3
 """Points of a group that are walked from. Chosen: one alone may lie too near to a crossing."""
 MANY_GROUPS = 200
-"""Groups beyond which one point of each is: walks take most of the time."""
+"""Groups beyond which one point of each is. Chosen: bounds the time that walks take."""
 SAME_VALUE = 1e-4
 """Pinned joints of one leaf agree so well at points that were not polished, rad or m."""
 

@@ -24,7 +24,7 @@ lead to known leaves for it to count as one of theirs."""
 SHAKE = 0.1
 """Standard deviation, rad or m, by which such points are moved. Chosen: ten times NEAR_CROSSINGS, and still nearby."""
 ROUNDS = 3
-"""How often what is not accounted for is read. Chosen: the second and third read moved points; more find hardly any."""
+"""How often what is not accounted for is read. Chosen: the second and third read moved points; more take longer."""
 KEPT = 400
 """Samples of a leaf that are kept."""
 

@@ -25,13 +25,13 @@ FOUND = 1e-6
 CLUSTER = 0.02
 """Relative distance of singular values that counts as none."""
 PATIENCE = 3
-"""Steps without descent after which a search is given up. Chosen: more rarely help; benchmarks of the paper take 50."""
+"""Steps without descent that end a search. Chosen: more take longer; the paper's claims are measured with 50."""
 COARSE = 2.0 ** np.arange(2, -14, -1)
 """Lengths of steps to try, of the one that brings a linear σ to zero."""
 FINE = np.linspace(0.55, 1.9, 10)
 """Lengths to try after that, of the best one."""
 GAMMAS = np.linspace(0.0, 1.0, 6)
-"""The grid for γ of (13). Chosen: each value costs a line search; finer ones gain little."""
+"""The grid for γ of (13). Chosen: each value costs a line search; finer ones take longer."""
 ANGLES = np.linspace(0.0, np.pi / 2, 25)
 """The grid for the turn of two clustered vectors, rad: a quarter turn swaps them. Chosen: steps of 3.75°."""
 SWEEPS = 3

@@ -27,7 +27,7 @@ REFERENCE = "local_world_aligned"
 SIZED, VANISHING = 20, 1e-3
 """Configurations whose median σ₁ is what is usual, and the part of it below which a Jacobian vanishes."""
 SAMPLES = 20
-"""Configurations that tell in which rows the tip can be moved. Chosen: nearly any single one tells."""
+"""Configurations that tell in which rows the tip can be moved. Full rank anywhere means full rank nearly everywhere."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,7 +25,7 @@ ALMOST = 1e-13
 BESIDE = 0.05
 """The way has come back to its start if a step passes it no farther off than this part of the step."""
 MOST_STEPS = 20_000
-"""Of a way without a given length. Chosen: at the longest step, 190 full turns; curves that close are far shorter."""
+"""Of a way without a given length. Chosen: 190 full turns at the longest step; it bounds ways that never close."""
 
 
 @dataclass(frozen=True, eq=False)
