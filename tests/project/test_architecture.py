@@ -1,4 +1,4 @@
-"""The architecture page, and the contracts that hold it."""
+"""The architecture page, the contracts that hold it, and what every module owes its readers."""
 
 import ast
 import re
@@ -104,6 +104,73 @@ def test_a_folder_of_another_room_is_used_through_what_it_hands_on():
     assert not reached_into(
         "singularities/atlas/atlas.py", "from robust_ik.singularities.trace.continuation import follow"
     )
+
+
+NUMBERS = (ast.Constant, ast.UnaryOp, ast.BinOp, ast.Name, ast.Attribute, ast.operator, ast.unaryop, ast.expr_context)
+"""What arithmetic such as -1e-6, 2 * math.pi or HEAD - 8 is made of."""
+
+
+def constants(statement):
+    """The names of a module-level constant that is a number or a tuple of numbers, and no colour; else none."""
+    if not isinstance(statement, (ast.Assign, ast.AnnAssign)) or statement.value is None:
+        return []
+    target = statement.targets[0] if isinstance(statement, ast.Assign) else statement.target
+    colour = isinstance(statement, ast.AnnAssign) and ast.unparse(statement.annotation) == "Color"
+    names = [each.id for each in (target.elts if isinstance(target, ast.Tuple) else [target]) if hasattr(each, "id")]
+    parts = statement.value.elts if isinstance(statement.value, ast.Tuple) else [statement.value]
+    nodes = [node for part in parts for node in ast.walk(part)]
+    values = [node.value for node in nodes if isinstance(node, ast.Constant)]
+    numeric = all(isinstance(node, NUMBERS) for node in nodes) and {type(value) for value in values} <= {int, float}
+    return names if values and numeric and not colour and all(name.isupper() for name in names) else []
+
+
+def is_text(statement):
+    return isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant)
+
+
+def unexplained(source):
+    """Constants of a module that nothing is said of.
+
+    Something is said by a comment at the end of the line, by a string right below, or by one below further such lines
+    if it names the first of them.
+    """
+    body, lines = ast.parse(source).body, source.splitlines()
+    for place, statement in enumerate(body):
+        names = constants(statement)
+        if not names or re.search(r"  # \S", lines[statement.end_lineno - 1]):
+            continue
+        last = place
+        while body[last + 1 :] and constants(body[last + 1]) and body[last + 1].lineno == body[last].end_lineno + 1:
+            last += 1
+        below = body[last + 1] if body[last + 1 :] else None
+        said = is_text(below) and below.lineno == body[last].end_lineno + 1
+        if not said or (last > place and not re.search(rf"\b{names[0]}\b", below.value.value)):
+            yield from names
+
+
+SAID = '''
+GAIN = 5.0
+"""1/s."""
+S1, S2 = -1 / 6, 1 / 120
+S3 = -1 / 5040
+"""S1 to S3: Taylor."""
+MOST = 3  # tries
+RED: Color = (1.0, 0.0, 0.0, 1.0)
+NAMES = ("x", "y")
+'''
+
+
+def test_every_numeric_constant_says_what_it_is_and_where_its_value_comes_from():
+    found = {
+        path: names for path in PACKAGE.rglob("*.py") if (names := [*unexplained(path.read_text(encoding="utf-8"))])
+    }
+    assert not found
+    assert [*unexplained(SAID)] == []
+    assert [*unexplained(SAID.replace("  # tries", ""))] == ["MOST"]
+    assert [*unexplained(SAID.replace('"""1/s."""\n', "\n"))] == ["GAIN"]
+    assert [*unexplained(SAID.replace('"""S1 to S3: Taylor."""', "\n"))] == ["S1", "S2", "S3"]
+    assert [*unexplained(SAID.replace("S1 to S3: ", ""))] == ["S1", "S2"]
+    assert [*unexplained("_HALF = 0.5 * math.pi\n")] == ["_HALF"]
 
 
 SMUGGLED = [
