@@ -7,15 +7,22 @@ level less; it never uses what higher levels need.
 from __future__ import annotations
 
 import abc
+import math
 from dataclasses import dataclass, replace
+
+import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.checks.public_arguments import check_type
 from robust_ik.control.fitting.bounded_qp import check_backend, share_of
 from robust_ik.control.fitting.level_fit import Wish, directed, nearest, slowed, within_speeds
 
-RISE = 0.5
-"""How long the share of a level that was stopped takes from nothing to all, s."""
+RISE = 2.0
+"""How fast the joint speed of a level that was stopped grows again, rad/s² or m/s².
+
+In a step of 20 ms it changes a speed by 0.04 rad/s, within 20 times what a measurement noise of 1e-4 rad makes of a
+joint that is held by its own gain of 20/s.
+"""
 
 
 class Limiter(abc.ABC):
@@ -140,19 +147,20 @@ class Eased(Limiter):
 
     Attributes:
         limiter: The other one.
-        share: What it gave last.
+        speed: The largest joint speed that it gave last, if limits have slowed it then; else infinite.
     """
 
     def __init__(self, limiter: Limiter, dt: float) -> None:
         self.limiter = limiter
-        self.share = 1.0
-        self._rise = dt / RISE
+        self.speed = math.inf
+        self._rise = RISE * dt
 
     def limit(self, wish: Wish) -> tuple[Array, float]:
         """See `Limiter.limit`."""
         change, share = self.limiter.limit(wish)
-        most = self.share + self._rise
-        if share > most:
-            change, share = change * (most / share), most
-        self.share = share
+        largest = float(np.abs(wish.motion).max(initial=0.0))
+        if share * largest > self.speed + self._rise:
+            slower = (self.speed + self._rise) / (share * largest)
+            change, share = change * slower, share * slower
+        self.speed = math.inf if share == 1 else share * largest
         return change, share
