@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -32,6 +33,8 @@ ATTEMPTS = 4
 SHARES = (0.5, 0.25, 0.1, 0.03, 0.01, 0.0)
 """How much of its speed is left to a step that no resolving makes keep its limits."""
 
+LESS = 0.5
+"""A slower motion takes the place of a faster one that breaks a limit, too, if it breaks it by less than this part."""
 GAMMA = 0.01
 """γ of the J-PARSE of a controller that is told nothing; `benchmarks/default_inverse.py` measures others beside it.
 
@@ -149,6 +152,8 @@ class VelocityController:
             self._driver = copy.deepcopy(begun) if remembers and self._watching else begun
             latest = self._units.resolution(tried, self._driver.resolve(self._units.problem(tried)))
             if found is not None and len(latest.contradictions) > len(found.contradictions):
+                if self._tightened(q, latest.qdot, dt, tried.bounds) is None:
+                    return latest
                 break  # no more can be asked for
             found = latest
             tighter = self._tightened(q, found.qdot, dt, tried.bounds)
@@ -207,17 +212,25 @@ class VelocityController:
         return None
 
     def _slowed(self, q: Array, problem: VelocityProblem, found: Resolution, dt: float) -> Resolution:
-        """The fastest part of the motion that keeps all limits; if there is none, the motion, and what it breaks."""
+        """The fastest part of the motion that keeps all limits; if none does, the one that breaks them least."""
         bounds = problem.bounds
-        broken = np.zeros(len(bounds.floor), dtype=bool)
-        for share in SHARES:
+        least, best = math.inf, (1.0, found.qdot, np.zeros(len(bounds.floor), dtype=bool))
+        for share in (1.0, *SHARES):
             qdot = np.clip(share * found.qdot, bounds.lower, bounds.upper)
             tighter = self._tightened(q, qdot, dt, bounds)
             if tighter is None:
                 missed = bounds.rows @ qdot < bounds.floor - CONTRADICTION
                 return self._verdict(problem, qdot, share * found.scale, found, missed)
-            broken = tighter.floor > bounds.floor
-        return self._verdict(problem, found.qdot, found.scale, found, broken)
+            count = len(bounds.floor)
+            more = tighter.floor - tighter.rows @ qdot
+            raised = np.flatnonzero(tighter.floor[:count] > bounds.floor)
+            names = {*(bounds.row_cause[row] for row in raised), *tighter.row_cause[count:]}
+            asked = float(np.max(np.r_[more[raised], more[count:]], initial=0.0))
+            if asked < LESS * least:
+                broken = np.array([cause in names for cause in bounds.row_cause], dtype=bool)
+                least, best = asked, (share, qdot, broken)
+        share, qdot, broken = best
+        return self._verdict(problem, qdot, share * found.scale, found, broken)
 
     def _verdict(
         self, problem: VelocityProblem, qdot: Array, scales: Array, found: Resolution, yielded: NDArray[np.bool_]

@@ -28,7 +28,7 @@ class Limit(abc.ABC):
         """
 
     def tightened(self, robot: Robot, q: Array, qdot: Array, dt: float, bounds: Bounds) -> Bounds | None:  # noqa: ARG002
-        """Bounds that ask for more where a step, taken in full, would not keep the limit; None where it would.
+        """Higher floors, and rows after those that there are, where a step in full would break the limit; else None.
 
         Bounds are of first order; this sees the step itself. A controller resolves anew with what it gives.
 

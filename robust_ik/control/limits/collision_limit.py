@@ -30,6 +30,8 @@ NEARER = 1e-7
 """m; distances that fall by less do not fall: rounding."""
 OVER = 1.25
 """What is asked for more where a step bends, as a multiple of what it came too near."""
+ALIKE = 0.1
+"""Rows that differ by less than this part are about the same points: within a step they turn by far less."""
 RECOVERY_JOINT_SPEED = 0.5
 """rad/s or m/s: on the way out of a collision no joint has to be faster than this, or half its speed limit."""
 
@@ -67,9 +69,9 @@ class CollisionLimit(Limit):
     speed and never goes further in. With ḋ = nᵀ (J_b − J_a) q̇ at the nearest points a and b, n from a to b.
 
     What bends within a step, and nearest points that jump, are of second order. So `tightened` looks where a step ends:
-    if a pair would be nearer than `distance` and nearer than before, a controller asks for more speed apart, and at
-    last for less speed in all. Only where stronger limits forbid that too does a pair come nearer; the resolution
-    then names it among its contradictions.
+    if a pair would be nearer than `distance` and nearer than before, a controller asks for more speed apart, also of
+    the points that would be nearest then, and at last for less speed in all. Only where stronger limits forbid that
+    too does a pair come nearer; the resolution then names it among its contradictions.
 
     Shapes are the robot's collision shapes, or its visuals if it has no collision shapes at all. Meshes are taken as
     their convex hulls: what is hollow, such as an open gripper, is full. Where a nearest point jumps (parallel faces),
@@ -158,7 +160,9 @@ class CollisionLimit(Limit):
     def bounds(self, robot: Robot, q: Array, previous: Array, dt: float) -> Bounds:  # noqa: ARG002
         """A row for every two solids that are nearer than `influence`; see `Limit.bounds`."""
         self._check(robot)
-        contacts = self._scene.contacts(robot, q, within=self.influence)
+        return self._bounds(robot, q, self._scene.contacts(robot, q, within=self.influence), dt)
+
+    def _bounds(self, robot: Robot, q: Array, contacts: Sequence[tuple[int, Contact]], dt: float) -> Bounds:
         rows = self._scene.rows(robot, q, contacts)
         spare = np.array([there.distance for _, there in contacts]) - self.distance
         fastest = np.minimum(self.recovery_speed, np.abs(rows) @ self._reach)
@@ -166,25 +170,60 @@ class CollisionLimit(Limit):
         # What no joint can change must not contradict what joints can.
         size = np.linalg.norm(rows, axis=1)
         kept = np.flatnonzero((size > LEAST_ROW) & np.isfinite(size))
-        return Bounds.of_rows(rows[kept], floor[kept], tuple(self._cause(contacts[index][0]) for index in kept))
+        return Bounds.of_rows(
+            rows[kept], floor[kept], tuple(self._cause(contacts[index][0]) for index in kept.tolist())
+        )
 
     def tightened(self, robot: Robot, q: Array, qdot: Array, dt: float, bounds: Bounds) -> Bounds | None:
-        """Higher floors for pairs that the step brings nearer though they are too near, or too near; else None."""
-        if not self._may_bend(robot, q, qdot, dt, bounds):
+        """What is asked for more of pairs whose distance the step would bring below `distance`, and below what it was.
+
+        Where the nearest points stay those that a row is about, its floor is raised. Where they jump, as from one
+        corner of a box to another, a row for the new ones is added: the old one could not hold them. Their damper is
+        added also where the step breaks nothing but that; else a body would rock from corner to corner.
+        """
+        near = self._nearness(robot, q, qdot, dt, bounds)
+        if near is None:
             return None
+        end, most, given = robot.integrate(q, dt * qdot), min(self.distance + near, self.influence), bounds
         before = dict(self._scene.contacts(robot, q, within=self.influence))
-        after = dict(self._scene.contacts(robot, robot.integrate(q, dt * qdot), within=self.distance))
-        short: dict[str, float] = {}
-        for index, there in after.items():
+        after = self._scene.contacts(robot, end, within=most)
+        for (index, there), here in zip(after, self._scene.carried(robot, end, q, after)):
             missing = min(before[index].distance if index in before else np.inf, self.distance) - there.distance
-            if missing > NEARER:
-                cause = self._cause(index)
-                short[cause] = max(missing, short.get(cause, 0.0))
-        if not short:
+            bounds = self._asked(robot, q, qdot, dt, bounds, here, missing)
+        return None if bounds is given else bounds
+
+    def _asked(
+        self, robot: Robot, q: Array, qdot: Array, dt: float, bounds: Bounds, there: tuple[int, Contact], missing: float
+    ) -> Bounds:
+        """The bounds, with what is asked for more of points of a pair that the step brings too near by `missing`, m."""
+        more = OVER * missing / dt if missing > NEARER else 0.0
+        place = self._row_of(bounds, self._cause(there[0]), self._scene.rows(robot, q, [there])[0])
+        if place is not None and not more:
+            return bounds
+        if place is not None:
+            floor = bounds.floor.copy()
+            floor[place] = max(floor[place], bounds.rows[place] @ qdot + more)
+            return replace(bounds, floor=floor)
+        added = self._bounds(robot, q, [there], dt)
+        rate = added.rows @ qdot
+        damped = added.floor > rate + NEARER / dt
+        if not (damped.any() or (more and len(rate))):
+            return bounds
+        return replace(
+            bounds,
+            rows=np.concatenate([bounds.rows, added.rows]),
+            floor=np.concatenate([bounds.floor, np.where(damped, added.floor, rate + more)]),
+            row_cause=bounds.row_cause + added.row_cause,
+        )
+
+    def _row_of(self, bounds: Bounds, cause: str, row: Array) -> int | None:
+        """Which of the rows of a pair is about the points whose distance has this derivative, if one is."""
+        ours = [place for place, name in enumerate(bounds.row_cause) if name == cause]
+        if not ours:
             return None
-        rate = bounds.rows @ qdot
-        more = np.array([OVER * short[cause] / dt if cause in short else -np.inf for cause in bounds.row_cause])
-        return replace(bounds, floor=np.maximum(bounds.floor, rate + more))
+        apart = np.linalg.norm(bounds.rows[ours] - row, axis=1)
+        nearest = int(np.argmin(apart))
+        return ours[nearest] if apart[nearest] <= ALIKE * np.linalg.norm(row) else None
 
     def spare(self, robot: Robot, q: Array, within: float) -> dict[int, float]:
         """How far pairs of solids are from being too near; see `Limit.spare`."""
@@ -192,16 +231,16 @@ class CollisionLimit(Limit):
         contacts = self._scene.contacts(robot, q, within=self.distance + within)
         return {index: there.distance - self.distance for index, there in contacts}
 
-    def _may_bend(self, robot: Robot, q: Array, qdot: Array, dt: float, bounds: Bounds) -> bool:
-        """Whether something is too near, or so near that a step could make it so."""
+    def _nearness(self, robot: Robot, q: Array, qdot: Array, dt: float, bounds: Bounds) -> float | None:
+        """How far a step moves any point at most, m, if something is so near that this could make it too near."""
         ours = np.array([cause.endswith(OURS) for cause in bounds.row_cause], dtype=bool)
         if not ours.any():
-            return False
+            return None
         spare = -bounds.floor[ours] / min(self.gain, 1 / dt)  # what is too near has a floor ≥ 0
         turned = dt * float(np.abs(qdot).sum())
         frames = [robot.pose(q, self._scene.bodies.frames[body])[:3, 3] for body in self._scene.moving]
         length = max(float(np.linalg.norm(a - b)) for a in frames for b in (np.zeros(3), *frames))
-        return bool((spare + dt * (bounds.rows[ours] @ qdot) < turned * turned * length).any())
+        return turned * length if (spare < turned * length).any() else None
 
     def _cause(self, pair: int) -> str:
         return " - ".join(self._scene.names(pair)) + OURS

@@ -85,6 +85,32 @@ class CollisionScene:
             rows += ((body_b == body) * 1.0 - (body_a == body))[:, None] * (wrenches @ J)
         return rows
 
+    def carried(
+        self, robot: Robot, there: Array, here: Array, contacts: Sequence[tuple[int, Contact]]
+    ) -> list[tuple[int, Contact]]:
+        """Contacts found at one configuration with their points carried along by their bodies to another.
+
+        Args:
+            robot: The robot.
+            there: Where they were found, (nq,).
+            here: Where they are wanted, (nq,).
+            contacts: The contacts.
+
+        Returns:
+            The same points at `here`, with the normals as they were, and the distances along these.
+        """
+        before, after = self._poses(robot, there), self._poses(robot, here)
+        found = []
+        for pair, each in contacts:
+            points = []
+            for side, point in ((self.first, each.point_a), (self.second, each.point_b)):
+                body = self.solids[int(side[pair])].body
+                local = before[body][:3, :3].T @ (point - before[body][:3, 3])
+                points.append(after[body][:3, :3] @ local + after[body][:3, 3])
+            distance = float(each.normal @ (points[1] - points[0]))
+            found.append((pair, Contact(distance, each.normal, *points)))
+        return found
+
     def names(self, pair: int) -> Pair:
         """The links, or the link and the obstacle, that a pair of solids belongs to."""
         return self.solids[self.first[pair]].owner, self.solids[self.second[pair]].owner
