@@ -3,8 +3,8 @@
 Conventions: rad, m, s. Twists are (..., 6), linear rows first. The default reference of Jacobians is
 LOCAL_WORLD_ALIGNED: the tool's point, the world's axes. Arrays take leading batch axes everywhere.
 
-A public name is imported when it is first used, so that `import robust_ik` costs next to nothing. Which names there are
-and where they live is said once, by the imports of `__init__.pyi`.
+A public name is imported when it is first used, so that `import robust_ik` takes almost no time. The imports in
+`__init__.pyi` list the names and the modules that they come from.
 """
 
 import ast as _ast
@@ -14,7 +14,7 @@ from pathlib import Path as _Path
 
 
 def _homes() -> dict[str, str]:
-    """The module that each public name is imported from."""
+    """The module from which each public name is imported."""
     stub = _ast.parse(_Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
     imports = [statement for statement in stub.body if isinstance(statement, _ast.ImportFrom)]
     return {alias.name: str(each.module) for each in imports for alias in each.names}
@@ -26,9 +26,9 @@ __all__ = ["__version__", *_HOMES]
 
 
 def __getattr__(name: str) -> object:
-    """A public name or a module of the package, imported now; from then on it is a plain attribute."""
+    """Imports a public name or a module of the package; from then on it is a plain attribute."""
     if name == "__version__":
-        from importlib.metadata import version  # reads files, more than the rest of this module takes
+        from importlib.metadata import version  # reads files, which takes longer than the rest of this module
 
         value: object = version("robust-ik")
     elif _HOMES.get(name, __name__) != __name__:
@@ -42,5 +42,5 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    """What there is, imported already or not."""
+    """All names of the package, imported already or not."""
     return sorted({*globals(), *__all__})

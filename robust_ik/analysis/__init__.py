@@ -1,4 +1,4 @@
-"""What can be said of inverses and of a configuration: explanations, measures of papers, stability."""
+"""Analysis of inverses and configurations: explanations, measures from papers, stability."""
 
 from robust_ik.analysis import evaluation as evaluation
 from robust_ik.analysis import stability as stability

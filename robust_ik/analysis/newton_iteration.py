@@ -19,7 +19,7 @@ Function = Callable[[Array], ArrayLike]
 
 
 class NewtonStatus(Enum):
-    """How an iteration ended; the value says it."""
+    """How an iteration ended; the value is the explanation."""
 
     CONVERGED = "the error fell below the tolerance"
     STUCK = "the inverse gives no motion although the error is not zero: what is left lies along directions it cuts"
@@ -29,12 +29,12 @@ class NewtonStatus(Enum):
 
 @dataclass(frozen=True, eq=False)
 class NewtonResult:
-    """Where an iteration ended, and how.
+    """Path and end of an iteration.
 
     Attributes:
         path: The configuration before every step and at the end, (iterations + 1, nq).
         status: How it ended.
-        errors: ‖x_f − k(q)‖ at each of them, (iterations + 1,).
+        errors: ‖x_f − k(q)‖ at each configuration of the path, (iterations + 1,).
     """
 
     path: Array
@@ -78,25 +78,25 @@ def newton(
 ) -> NewtonResult:
     """Iterates q ← q + ξ J# (x_f − k(q)) until ‖x_f − k(q)‖ < tolerance.
 
-    A pose has no difference; let `kinematics` give minus the pose error then, and the target be zero.
+    Poses cannot be subtracted: for them let `kinematics` return minus the pose error, and let the target be zero.
 
     Watch for: towards a target on the boundary of what the arm reaches, where J loses rank, convergence is slow: the
-    error of a damped inverse falls as 1/iterations, so that the cap, and not the inverse, decides what is left.
+    error of a damped inverse falls as 1/iterations, so the final error depends on the cap, not on the inverse.
 
     Args:
         kinematics: Function from q to the task coordinates k(q), (m,).
         jacobian: Function from q to ∂k/∂q, (m, n).
-        inverse: The robust inverse. It is told the error, and that `step` seconds pass.
-        q0: Configuration to start from, (nq,).
+        inverse: The robust inverse; it gets the error, and a time step of `step` seconds.
+        q0: Start configuration, (nq,).
         target: Wanted task coordinates x_f, (m,).
         step: ξ in (0, 1].
         tolerance: δ > 0, in the units of the task.
-        max_iterations: Cap, at least 0; the paper gives none, and without one a hopeless run does not end.
+        max_iterations: Cap, at least 0; the paper has none, but without one a run that does not converge would not end.
         hessian: Function from q to ∂J/∂q, (m, n, n), for an inverse that needs it.
-        integrate: Adds a joint motion, (n,), to a configuration, (nq,): `robot.integrate` where nq ≠ n.
+        integrate: Adds a joint motion, (n,), to a configuration, (nq,): `robot.integrate` if nq ≠ n.
 
     Raises:
-        InputError: An argument cannot be meant, or a function returns another shape or NaN.
+        InputError: An argument is not valid, or a function returns another shape or NaN.
 
     Source: Duleba 2023, eq. (3).
     """
@@ -114,7 +114,7 @@ def newton(
     status: NewtonStatus | None = None
     while status is None:
         reached = _vector(kinematics(q), "kinematics(q)", target.size)
-        with np.errstate(over="ignore"):  # then it is infinite, and nothing converges
+        with np.errstate(over="ignore"):  # an overflow is infinite, and does not converge
             error = target - reached
             errors.append(float(np.linalg.norm(error)))
         status = _ended(errors, tolerance, max_iterations)
@@ -123,7 +123,7 @@ def newton(
             with np.errstate(over="ignore", invalid="ignore"):
                 moved = integrate(q, step * driver.velocity(equation))
             moved = alone(as_array(moved, "integrate(q, dq)", q.shape, finite=False), "integrate(q, dq)", 1)
-            # An inverse with a memory may move on from where it stood still.
+            # An inverse with a memory may move again after a step of zero.
             status = _stopped(q, moved, repeats=driver is inverse)
             if status is None:
                 q = moved

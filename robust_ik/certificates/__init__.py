@@ -1,4 +1,4 @@
-"""Certificates: exact proofs of where an arm is singular, complete, and a checker that does not trust them.
+"""Certificates: exact proofs that a list of singular configurations is complete, and a checker that trusts none.
 
 ```python
 proof = certify(robot, corank=1)    # a case split in rational arithmetic; proof.status
@@ -8,8 +8,8 @@ for leaf in leaves(proof):
 word(proof, verdict)                # "certified" only if the checker accepted
 ```
 
-`certify(robot, 1, thorough=False)` starts no process and counts its work in steps: the same arm gives the same proof,
-to the letter. Joints turn or slide; a sliding joint's pin is a length, "joint3 = 0.25 m".
+`certify(robot, 1, thorough=False)` starts no process and counts its work in steps, so that the same arm gives the same
+proof to the letter. Joints turn or slide; a sliding joint is fixed at a length, "joint3 = 0.25 m".
 
 The theorem is about the arm in `proof.arm`, in rational numbers; `proof.arm.changes` says how it differs from the
 robot. Proving needs python-flint, checking does not.

@@ -16,17 +16,17 @@ from robust_ik.runtime.output_files import write_file
 
 FORMAT, VERSION = "robust_ik certificates", 1
 LARGEST_FILE = 64_000_000
-"""Bytes of a file that is read. Chosen: a hundred times what the Panda's proofs take (0.66 MB), small beside memory."""
+"""Most bytes of a file. Chosen: a hundred times what the Panda's proofs take (0.66 MB), but small beside memory."""
 MOST_PROOFS = 6
-"""One for each corank: a task has six rows at the most."""
+"""Most proofs of a certificate: one for each corank, and a task has at most six rows."""
 
 
 @dataclass(frozen=True)
 class Certificate:
-    """Proofs of where an arm is singular, coranks ascending. Iterating gives them.
+    """Proofs of one arm for several coranks, ascending; iterate over it to get them.
 
     Attributes:
-        proofs: One for each corank that was treated.
+        proofs: One for each corank.
     """
 
     proofs: tuple[Proof, ...]
@@ -74,7 +74,7 @@ class Certificate:
         return cls(tuple(sorted(proofs, key=lambda proof: proof.corank)))
 
     def save(self, path: str | Path) -> Path:
-        """Writes them as JSON; `robust-ik verify` reads it.
+        """Writes the certificate as JSON; `robust-ik verify` reads it.
 
         Raises:
             InputError: The path is a folder, or something on the way to it is a file.
@@ -83,7 +83,7 @@ class Certificate:
 
     @classmethod
     def load(cls, path: str | Path) -> Certificate:
-        """Reads what `save` or `robust-ik certify` wrote.
+        """Reads a file that `save` or `robust-ik certify` wrote.
 
         Raises:
             LoadError: There is no such file, or it cannot be read.
@@ -95,10 +95,10 @@ class Certificate:
 
 @checked
 def word(proof: Proof, verdict: Verdict | None = None) -> str:
-    """How sure a list of leaves is complete.
+    """A word for how certain it is that the list of leaves is complete.
 
-    "certified" only when the checker accepted; "implicit" if a leaf only repeats the equations; "exact, unchecked"
-    if the case split closed but was not checked; else "open", "refused" or "unsupported".
+    "certified" only if the checker accepted; "implicit" if a leaf only repeats the equations; "exact, unchecked" if the
+    case split is complete but was not checked; else "open", "refused" or "unsupported".
     """
     if proof.status in ("unsupported", "open", "implicit"):
         return proof.status

@@ -1,4 +1,4 @@
-"""certify: a robot in, a proof out."""
+"""Makes a proof from a robot."""
 
 from __future__ import annotations
 
@@ -24,30 +24,31 @@ if TYPE_CHECKING:
     from robust_ik.robot.robot import Robot
 
 LINKS = 3
-"""Links whose frames are tried, the middle one first. Chosen: entries of J are shortest there; more take longer."""
+"""Number of links whose frames are tried, the middle one first, where entries of J are shortest. Chosen: more take
+longer."""
 LONGEST = 1e6
-"""Seconds; a system's clocks cannot wait for much longer."""
+"""Upper bound of a time limit, s; a system's clocks cannot wait for much longer."""
 WORTH_A_PROCESS = 2.0
-"""Seconds that must be left for a process of its own to be started."""
+"""Seconds that must be left to start a separate process."""
 
 
 @checked
 def certify(robot: Robot, corank: int, *, snap: float = 1e-4, time_limit: float = 60.0, thorough: bool = True) -> Proof:
-    """Where an arm's Jacobian loses rank, by an exact case split; whether it closed is the proof's `status`.
+    """Proves where an arm's Jacobian loses rank, by an exact case split; the `status` says if it is complete.
 
-    What takes a few seconds is done here, bounded by a count of steps: what closes so is the same proof on every
-    machine, to the letter. What needs more is left to a process of its own, which is ended when the time is up.
+    Work of a few seconds is done here and bounded by a count of steps: such a proof is the same on every machine, to
+    the letter. Longer work is done by a separate process, which is ended when the time is up.
 
     Args:
         robot: A chain of revolute, continuous and prismatic joints; its `rows` are the task.
-        corank: Which loss, 1 or more: rank ≤ min(rows, joints) − corank.
-        snap: Angles this near to a quarter turn are taken to it, rad.
-        time_limit: Seconds after which what is left stays open, up to a million.
-        thorough: Whether a process may be started; without it the proof never depends on how fast the machine is,
-            unless the few seconds' work take longer than the time limit.
+        corank: The corank, 1 or more: rank ≤ min(rows, joints) − corank.
+        snap: Angles this close to a multiple of a quarter turn are replaced by it, rad.
+        time_limit: Seconds after which undecided cases stay open, up to a million.
+        thorough: Whether a process may be started. Without it the proof does not depend on the speed of the machine,
+            unless the work of a few seconds takes longer than the time limit.
 
     Raises:
-        InputError: The corank is none that the robot's rank can have, or the time limit no such time.
+        InputError: The robot's rank cannot have this corank, or the time limit is not valid.
     """
     time_limit = checked_parameter("time_limit", time_limit, least=0, below=LONGEST)
     largest = min(len(robot.rows), robot.n)
@@ -63,7 +64,7 @@ def certify(robot: Robot, corank: int, *, snap: float = 1e-4, time_limit: float 
 
 
 def certify_exact(arm: ExactArm, corank: int, *, time_limit: float = 60.0, thorough: bool = True) -> Proof:
-    """The same for an arm in rational numbers."""
+    """`certify` for an arm in rational numbers."""
     deadline = time.monotonic() + time_limit
     proof = best_proof(arm, corank, deadline, Effort.quick(arm.n))
     left = deadline - time.monotonic()
@@ -73,14 +74,14 @@ def certify_exact(arm: ExactArm, corank: int, *, time_limit: float = 60.0, thoro
 
 
 def certify_plain(arm: Arm, corank: int) -> Proof:
-    """The proof for an arm as it stands in one, by what is done quickly; "unsupported" without python-flint."""
+    """A proof for the arm of an earlier proof, by quick work alone; "unsupported" without python-flint."""
     if importlib.util.find_spec("flint") is None:
         return Proof(None, corank, reason="python-flint is not installed")
     return certify_exact(exact_from_plain(arm), corank, thorough=False)
 
 
 def best_proof(arm: ExactArm, corank: int, deadline: float, effort: Effort) -> Proof:
-    """The proof from the first link that gives a whole one, else the best of several."""
+    """The first complete proof over the links tried, else the best incomplete one."""
     from robust_ik.certificates.prover.case_split import split
     from robust_ik.certificates.prover.jacobian_columns import middle_links
 
@@ -98,7 +99,7 @@ def best_proof(arm: ExactArm, corank: int, deadline: float, effort: Effort) -> P
 
 
 def plain_arm(arm: ExactArm) -> Arm:
-    """The arm as it stands in a proof."""
+    """The arm in the form in which a proof holds it."""
     links = tuple(
         tuple(tuple(str(a) for a in row) for row in (*rotation, offset)) for rotation, offset in arm.placements
     )
@@ -107,7 +108,7 @@ def plain_arm(arm: ExactArm) -> Arm:
 
 
 def exact_from_plain(arm: Arm) -> ExactArm:
-    """The inverse of `plain_arm`, but for the changes."""
+    """The inverse of `plain_arm`, except for the changes."""
     placements = tuple(
         (tuple(tuple(Fraction(a) for a in row) for row in link[:3]), tuple(Fraction(a) for a in link[3]))
         for link in arm.links
@@ -135,9 +136,9 @@ def _in_a_process(arm: ExactArm, corank: int, seconds: float) -> Proof | None:
 
 
 def work() -> None:
-    """What the process does: a task from standard input, the proof to standard output."""
+    """Main function of the process: reads a task from standard input, writes the proof to standard output."""
     task = json.loads(sys.stdin.read())
-    if hasattr(signal, "alarm"):  # ends it in the midst of any step, even if nobody is left to do so
+    if hasattr(signal, "alarm"):  # ends it in the middle of any step, even if the parent is gone
         signal.alarm(math.ceil(task["seconds"]) + 1)
     asked = Proof.from_json(task["proof"])
     assert asked.arm is not None

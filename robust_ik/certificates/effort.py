@@ -1,4 +1,4 @@
-"""Effort: how much work a proof may take, counted in steps, so that it is the same on every machine."""
+"""Effort of a proof, counted in steps, so that it is the same on every machine."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from typing import Any
 
 SEVEN = 7
-"""Joints of most arms that have one more than the task needs."""
+"""Joints of most arms that have one joint more than the task needs."""
 
 
 class TooLargeError(Exception):
-    """A polynomial or a field that is too large to be worked with in the effort there is."""
+    """A polynomial or a field is too large for the effort allowed."""
 
 
 class OutOfStepsError(TooLargeError):
@@ -21,13 +21,13 @@ class OutOfStepsError(TooLargeError):
 
 @dataclass
 class Effort:
-    """Bounds of what is worked on, and the steps that are left; a step is about ten microseconds' work.
+    """Bounds on the sizes of polynomials and fields, and the steps that are left; a step is about ten microseconds.
 
     Attributes:
         terms: Most terms of a polynomial.
         degree: Largest degree of a number field over ℚ.
-        bits: Most bits of a number that is to be expected from a norm, a resultant or a root that is adjoined.
-        steps: What is left.
+        bits: Most bits expected in the numbers of a norm, of a resultant, or after a root is adjoined.
+        steps: Steps left.
     """
 
     terms: int
@@ -37,16 +37,16 @@ class Effort:
 
     @classmethod
     def quick(cls, joints: int) -> Effort:
-        """About three seconds' work at most, two for arms of seven joints, whose search takes long enough by itself."""
+        """At most about three seconds' work; two for arms of seven joints, whose search alone takes long enough."""
         return cls(terms=400, degree=16, bits=1_500, steps=150_000 if joints == SEVEN else 250_000)
 
     @classmethod
     def thorough(cls) -> Effort:
-        """Work without end: the caller ends it."""
+        """Unlimited work: the caller ends it."""
         return cls(terms=20_000, degree=16, bits=math.inf, steps=math.inf)
 
     def spend(self, steps: float) -> None:
-        """Counts steps.
+        """Subtracts steps that are about to be taken.
 
         Raises:
             OutOfStepsError: None are left.
@@ -56,16 +56,16 @@ class Effort:
             raise OutOfStepsError("no steps are left")
 
     def check_terms(self, count: int, what: str) -> None:
-        """Refuses too many terms.
+        """Raises if a polynomial has too many terms.
 
         Raises:
-            TooLargeError: They are too many.
+            TooLargeError: It has.
         """
         if count > self.terms:
             raise TooLargeError(f"{what} of {count} terms")
 
     def check_bits(self, bits: float, what: str) -> None:
-        """Refuses numbers that would be too long.
+        """Raises if numbers would be too long.
 
         Raises:
             TooLargeError: They would be.

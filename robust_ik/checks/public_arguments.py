@@ -1,7 +1,7 @@
-"""Arguments held against what a function's annotations say, for public functions that are not called in loops.
+"""Checks arguments against a function's annotations, for public functions that are not called in loops.
 
-What is no number where one is wanted, or another thing than a robot, is told in a sentence, before it fails somewhere
-in the middle. Values are for the function itself to judge: ranges, shapes, names.
+A wrong type (a string for a number, something else than a robot) is refused with one sentence at once, before it fails
+somewhere in the middle. Ranges, shapes and names are checked by the function itself.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ NAMED = {
     "Stratum": "a Stratum", "Trajectory": "a Trajectory", "Verdict": "a Verdict", "WorkspaceMap": "a WorkspaceMap",
     "Status": "a Status", "Obstacle": "an Obstacle", "Descent": "a Descent", "Generator": "a numpy Generator",
 }  # fmt: skip
-"""Classes, by name, so that nothing need be imported to tell one."""
+"""Names of classes, and what messages call them: a class is recognised by name, so that nothing has to be imported."""
 PLAIN: Mapping[str, tuple[str, Callable[[Any], bool]]] = {
     "None": ("None", lambda value: value is None),
     "str": ("a str", lambda value: isinstance(value, str)),
@@ -42,27 +42,27 @@ PLAIN: Mapping[str, tuple[str, Callable[[Any], bool]]] = {
     "int": ("a whole number", lambda value: isinstance(value, Integral) and not isinstance(value, bool)),
     "float": ("a number", lambda value: _is_number(value)),
 }
-"""What to call a type, and what is of it."""
+"""For each plain type: what messages call it, and the test of a value."""
 
 
 def checked_but(*own: str) -> Callable[[Callable[Parameters, Result]], Callable[Parameters, Result]]:
-    """`checked`, but for arguments of which the function says better itself what they must be.
+    """`checked`, except for arguments that the function checks itself with a better message.
 
     Args:
-        own: Their names.
+        own: Names of these arguments.
     """
     return functools.partial(checked, own=own)
 
 
 def checked(function: Callable[Parameters, Result], own: tuple[str, ...] = ()) -> Callable[Parameters, Result]:
-    """The function, which refuses arguments of another type than its annotations name.
+    """The function, with a check that each argument has the type that its annotation names.
 
     Args:
         function: Any.
-        own: Names of arguments that it judges itself.
+        own: Names of arguments that are not checked here, since the function does it.
 
     Raises:
-        InputError: An argument is of another type; the message names it.
+        InputError: An argument has another type; the message names it.
     """
 
     @functools.cache
@@ -83,10 +83,10 @@ def checked(function: Callable[Parameters, Result], own: tuple[str, ...] = ()) -
 
 
 def computed(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
-    """`checked`, for a function of numbers alone: what overflows on the way to a result is told, not given as NaN.
+    """`checked` for a function of numbers alone; a result with NaN, from an overflow on the way, raises too.
 
     Raises:
-        InputError: An argument is of another type, or the numbers given are too large or too small.
+        InputError: An argument has another type, or the numbers given are too large or too small.
     """
     judged = checked(function)
 
@@ -103,10 +103,10 @@ def computed(function: Callable[Parameters, Result]) -> Callable[Parameters, Res
 
 
 def check_type(name: str, value: Any, annotation: str) -> None:
-    """Refuses a value that is none of what an annotation names; unknown names stand for anything.
+    """Raises unless the value has one of the types in the annotation; unknown type names accept anything.
 
     Raises:
-        InputError: It is none.
+        InputError: It has none of them.
     """
     kinds = _alternatives(annotation)
     if not any(_fits(value, kind) for kind in kinds):
@@ -115,7 +115,7 @@ def check_type(name: str, value: Any, annotation: str) -> None:
 
 
 def shown(value: object) -> str:
-    """A value for a message, cut; also one that cannot show itself."""
+    """The value's repr, shortened, for a message; its type if its repr raises."""
     try:
         return reprlib.repr(value)
     except Exception:
@@ -124,7 +124,7 @@ def shown(value: object) -> str:
 
 @functools.cache
 def _alternatives(annotation: str) -> tuple[str, ...]:
-    """The parts of a union: those between bars outside brackets."""
+    """The members of a union: the annotation split at bars outside brackets."""
     parts, depth = [""], 0
     for letter in annotation:
         depth += (letter == "[") - (letter == "]")
@@ -137,7 +137,7 @@ def _alternatives(annotation: str) -> tuple[str, ...]:
 
 @functools.cache
 def _taken_apart(kind: str) -> tuple[str, tuple[str, ...]]:
-    """The name of a type, without its module, and what stands in its brackets."""
+    """The name of a type without its module, and its arguments in brackets."""
     outer, _, inner = kind.partition("[")
     found: list[str] = [""]
     depth = 0
@@ -176,7 +176,7 @@ def _any_fits(value: Any, annotations: tuple[str, ...]) -> bool:
 
 
 def _held(value: Any) -> Any:
-    """What can be looked at without taking it out; the first stands for all of a range."""
+    """The entries that can be checked without consuming the value; of a range, whose entries are alike, the first."""
     return value[:1] if isinstance(value, range) else value if isinstance(value, (list, tuple)) else ()
 
 
@@ -201,7 +201,7 @@ def _is_number(value: object) -> bool:
 
 
 def _is_array(value: object) -> bool:
-    """Whether NumPy makes an array of real numbers of it."""
+    """Whether NumPy converts the value to an array of real numbers."""
     if isinstance(value, np.ma.MaskedArray):
         return False
     try:

@@ -1,4 +1,4 @@
-"""The `robust-ik` command: what a command needs is imported when it runs, so that help is there at once."""
+"""The `robust-ik` command. Each command imports what it needs when it runs, so that help is fast."""
 
 from __future__ import annotations
 
@@ -55,18 +55,18 @@ def _root(
     ] = False,
 ) -> None:
     """Singularity-robust inverse kinematics for any robot arm."""
-    show_notes(context.invoked_subcommand != "info")  # whose table holds them
+    show_notes(context.invoked_subcommand != "info")  # whose table has the notes
 
 
 def main() -> None:
-    """Runs the command; every error that is meant is one sentence on stderr and exit status 1.
+    """Runs the command; every expected error is one sentence on stderr, with exit status 1.
 
-    What a signal ends cleans up first and exits with 128 and the signal's number, as shells count: 130 after Ctrl-C.
+    After a signal it cleans up first and exits with 128 plus the signal's number, as shells do: 130 after Ctrl-C.
     """
     with _ended_by_signals():
         try:
             app()
-        except BrokenPipeError:  # who reads has had enough
+        except BrokenPipeError:  # the reader has closed the pipe
             _quiet()
             raise SystemExit(1) from None
         except (RobustIKError, OSError) as error:
@@ -80,8 +80,8 @@ def main() -> None:
 
 @contextmanager
 def _ended_by_signals() -> Iterator[None]:
-    """Has the signals that ask a program to end raise SystemExit, so that nothing half done is left."""
-    names = ("SIGTERM", "SIGHUP")  # not all of them are everywhere
+    """Makes the signals that ask a program to end raise SystemExit, so that nothing is left half done."""
+    names = ("SIGTERM", "SIGHUP")  # not every system has both
     before = {number: signal.signal(number, _end) for name in names if (number := getattr(signal, name, None))}
     try:
         yield
@@ -95,5 +95,5 @@ def _end(number: int, _: FrameType | None) -> None:
 
 
 def _quiet() -> None:
-    """Has Python not fail once more when it ends, with what could not be written."""
+    """Keeps Python from failing again at its end over output that could not be written."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -1,4 +1,4 @@
-"""Inverses and resolvers chosen by name."""
+"""Chooses inverses and resolvers by name."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ Kind = TypeVar("Kind")
 
 
 def class_of(name: str, classes: Iterable[type[Kind]]) -> type[Kind]:
-    """The class of that name, however it is capitalised.
+    """The class of that name, ignoring case.
 
     Raises:
-        InputError: There is none; the nearest name is told.
+        InputError: There is none; the message gives the nearest name.
     """
     by_name = {each.__name__: each for each in classes}
     found = next((each for known, each in by_name.items() if known.lower() == name.lower()), None)

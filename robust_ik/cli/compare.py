@@ -79,7 +79,7 @@ def _chosen(scenario: Scenario, names: list[str] | None) -> dict[str, Method]:
 
 
 def _draw(scenario: Scenario, runs: dict[str, Trajectory], html: Path | None, plot: Path | None) -> None:
-    from robust_ik.display import plot_runs, write_html  # takes a second to import: only where it is needed
+    from robust_ik.display import plot_runs, write_html  # takes a second to import: only if needed
 
     if html is not None:
         text = " ".join(part for part in (scenario.source, scenario.note) if part)

@@ -76,7 +76,7 @@ def demo(
 
 
 def _write_page(path: Path, runs: dict[str, Trajectory], scenario: Stretch) -> None:
-    from robust_ik.display import write_html  # takes a second to import: only where it is needed
+    from robust_ik.display import write_html  # takes a second to import: only if needed
 
     robot = scenario.robot
     write_html(
@@ -89,11 +89,11 @@ def _write_page(path: Path, runs: dict[str, Trajectory], scenario: Stretch) -> N
 
 
 SINGULAR = 0.01
-"""σ over the largest one, below which the page calls the arm singular."""
+"""σ over the largest one below which the page calls the arm singular."""
 
 
 def at_the_end(runs: dict[str, Trajectory]) -> str:
-    """Whether the arm is singular at the end of its reach, as the runs have it."""
+    """Whether the arm is singular at the end of its reach, according to the runs."""
     run = min(runs.values(), key=lambda each: float((each.sigma[:, -1] / each.sigma[:, 0]).min()))
     share = run.sigma[:, -1] / run.sigma[:, 0]
     if share.min() < SINGULAR:
@@ -102,7 +102,7 @@ def at_the_end(runs: dict[str, Trajectory]) -> str:
 
 
 def kept(scenario: Stretch) -> str:
-    """Which limits the runs keep, and which not."""
+    """Which limits the runs keep, and which they do not."""
     if scenario.limits:
         return "Joints that slide stay within their limits; no other limits are enforced."
     locked = scenario.locked

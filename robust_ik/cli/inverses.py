@@ -12,7 +12,7 @@ from robust_ik.cli.shared import check_results, console, say_written
 from robust_ik.errors import InputError
 
 WIDE = 150
-"""Terminal columns from which tables show all they have."""
+"""Least number of terminal columns for complete tables."""
 
 
 def inverses(
@@ -29,7 +29,7 @@ def inverses(
     check_results(plot=plot)
     chosen = [class_of(name, CLASSES) for name in names] if names else list(CLASSES)
     if plot is not None:
-        from robust_ik.display import plot_gains  # takes a second to import: only where it is needed
+        from robust_ik.display import plot_gains  # takes a second to import: only if needed
 
         filters = [each() for each in chosen if issubclass(each, SingularValueFilter)]
         if not filters:

@@ -35,7 +35,7 @@ def robots() -> None:
 
 
 def _joints_and_tip(entry: Entry) -> tuple[str, str]:
-    """How many joints, and which tip is moved by default; what went wrong where it cannot be read."""
+    """The number of joints and the default tip; the error if the robot cannot be read."""
     from robust_ik.description.joint_tree import MOVING_TYPES
     from robust_ik.description.tips import choose_tip
     from robust_ik.description.urdf import read_urdf

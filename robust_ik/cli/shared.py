@@ -1,4 +1,4 @@
-"""What every command shares: the terminal, the arguments that name a robot, files by its name."""
+"""Shared by all commands: the terminal, the arguments that name a robot, file names."""
 
 from __future__ import annotations
 
@@ -47,12 +47,12 @@ WorkersOption = Annotated[
 
 
 def check_results(**paths: Path | None) -> None:
-    """Refuses results that cannot be written, before the work; says which folders will be made.
+    """Raises, before the work, if a result cannot be written; says which folders will be made.
 
-    Where one goes to standard output, all that is said goes to standard error, so that a program can read the result.
+    If a result goes to standard output, all messages go to standard error, so that a program can read the result.
 
     Args:
-        paths: Where results go, by the option's name; `plot` is a figure.
+        paths: Paths of results by the option's name; `plot` is a figure.
 
     Raises:
         InputError: One cannot be written, or two go to the same file.
@@ -67,12 +67,12 @@ def check_results(**paths: Path | None) -> None:
 
 
 def say_written(path: Path) -> None:
-    """Says where a result is."""
+    """Says where a result was written."""
     console.print(f"Wrote [bold]{in_markup(path)}[/]", soft_wrap=True)
 
 
 class _NoteHandler(logging.Handler):
-    """Prints what is logged on stderr, a line each."""
+    """Prints log records on stderr, one line each."""
 
     def emit(self, record: logging.LogRecord) -> None:
         """Prints one record."""
@@ -80,13 +80,13 @@ class _NoteHandler(logging.Handler):
 
 
 def show_notes(wanted: bool) -> None:
-    """Prints, or keeps back, what the package logs of how it reads robots."""
+    """Prints or hides what the package logs about reading robots."""
     handler = _NoteHandler() if wanted else logging.NullHandler()
     logging.getLogger("robust_ik").handlers = [handler]
 
 
 def xacro_arguments(given: list[str] | None) -> dict[str, object]:
-    """What `--xacro-arg NAME:=VALUE` or `NAME=VALUE` says, by name.
+    """The values of `--xacro-arg NAME:=VALUE` or `NAME=VALUE`, by name.
 
     Raises:
         InputError: One has no name or no value.
@@ -101,5 +101,5 @@ def xacro_arguments(given: list[str] | None) -> dict[str, object]:
 
 
 def file_name(name: str) -> str:
-    """A robot's name as part of a file's."""
+    """A robot's name as part of a file name."""
     return "".join(letter if letter.isalnum() or letter in "-_." else "-" for letter in name)

@@ -28,9 +28,9 @@ if TYPE_CHECKING:
     from robust_ik.certificates import Proof, Verdict
 
 LARGEST_FILE = 64_000_000
-"""Bytes of a file that is read: the same as for certificates and atlases, since it may be either."""
+"""Most bytes of a file: the same as for certificates and atlases, since it may be either."""
 INTERRUPTED = 130
-"""The exit status after Ctrl-C. A shell's convention: 128 and the number of SIGINT, 2."""
+"""Exit status after Ctrl-C. By the convention of shells: 128 plus the number of SIGINT, 2."""
 
 
 def singularities(
@@ -58,7 +58,7 @@ def singularities(
     """Find every family of singular configurations: conditions, dimension, limits, what is lost, how sure that is."""
     from robust_ik.robot.loading import load
     from robust_ik.runtime.parallel import process_pool
-    from robust_ik.singularities import find_singularities  # takes half a second to import: only where it is needed
+    from robust_ik.singularities import find_singularities  # takes half a second to import: only if needed
 
     if markdown and latex:
         raise InputError("choose one of --markdown and --latex")
@@ -75,7 +75,7 @@ def singularities(
     if json is not None:
         say_written(atlas.save(json))
     if html is not None:
-        from robust_ik.display import write_atlas_html  # takes a second to import: only where it is needed
+        from robust_ik.display import write_atlas_html  # takes a second to import: only if needed
 
         say_written(write_atlas_html(html, atlas, arm))
     if atlas.interrupted:
@@ -98,7 +98,7 @@ def certify(
     xacro_arg: XacroOption = None,
 ) -> None:
     """Prove where an arm is singular, exactly and completely, and have the proofs checked."""
-    from robust_ik import certificates  # brings computer algebra: only where it is needed
+    from robust_ik import certificates  # imports computer algebra: only if needed
     from robust_ik.robot.loading import load
 
     check_results(output=output)
@@ -119,8 +119,8 @@ def certify(
 
 
 def _tell(name: str, proof: Proof, verdict: Verdict | None) -> None:
-    """What came of one corank: how sure it is, the leaves, the checker's word."""
-    from robust_ik import certificates  # only where it is needed
+    """Prints the result for one corank: how certain it is, the leaves, the checker's verdict."""
+    from robust_ik import certificates  # only if needed
 
     console.print(f"[bold]{in_markup(name)}[/], corank {proof.corank}: {certificates.word(proof, verdict)}")
     for leaf in certificates.leaves(proof):
@@ -136,7 +136,7 @@ def verify(
     ],
 ) -> None:
     """Check proofs of where an arm is singular, without trusting what made them."""
-    from robust_ik.singularities.atlas import atlas_json  # only where it is needed
+    from robust_ik.singularities.atlas import atlas_json  # only if needed
 
     path, content = read_file(certificate, LARGEST_FILE)
     proofs = atlas_json.certificate_in(path, content)

@@ -1,4 +1,4 @@
-"""Tables for the terminal: what a robot is, what can be loaded, how runs compare. Values in, rich tables out."""
+"""Tables for the terminal, by rich: facts of a robot, lists of robots and scenarios, comparisons of runs."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from robust_ik.robot.robot import Robot
 from robust_ik.simulation.trajectory import Trajectory
 
 MOST_NOTES = 20
-"""Notes that `info` prints. Chosen: with the facts above them they fill about a screen; the others are counted."""
+"""Most notes that `info` prints. Chosen: with the facts above they fill about a screen; the others are counted."""
 
 
 def comparison(runs: Mapping[str, Trajectory]) -> Table:
@@ -68,7 +68,7 @@ def _small(error: float) -> str:
 
 
 def inverses_table(classes: Iterable[type[RobustInverse]], *, wide: bool) -> Table:
-    """One row per inverse with all it promises; if not wide, only what it solves and where it is from."""
+    """One row per inverse with all its promises; if not wide, only its formula and its source."""
     table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), show_lines=False)
     shown = range(len(INVERSE_COLUMNS)) if wide else (0, 1, len(INVERSE_COLUMNS) - 1)
     for column in shown:
@@ -79,7 +79,7 @@ def inverses_table(classes: Iterable[type[RobustInverse]], *, wide: bool) -> Tab
 
 
 def inverse_details(each: type[RobustInverse]) -> Table:
-    """What one inverse promises, and its parameters with their defaults."""
+    """The promises of one inverse, and its parameters with their defaults."""
     table = Table.grid(padding=(0, 2))
     table.add_column(style="bold", no_wrap=True)
     table.add_column()
@@ -93,7 +93,7 @@ def inverse_details(each: type[RobustInverse]) -> Table:
 
 
 def inverses_markdown(classes: Iterable[type[RobustInverse]]) -> str:
-    """The same table as Markdown, as in the README."""
+    """The table of inverses as Markdown, as in the README."""
     rows = [INVERSE_COLUMNS, ("---",) * len(INVERSE_COLUMNS)]
     rows += [(f"`{row[0]}`", *(cell.replace("|", "\\|") for cell in row[1:])) for row in _inverse_rows(classes)]
     return "\n".join(f"| {' | '.join(row)} |" for row in rows)
@@ -151,7 +151,7 @@ def _limit(value: float) -> str:
 
 
 def facts(robot: Robot) -> Table:
-    """What a person checks first: tip, rows, σ and manipulability at rest, reach."""
+    """The facts that a user checks first: tip, rows, σ and manipulability at rest, reach."""
     table = Table.grid(padding=(0, 2))
     table.add_column(style="bold")
     table.add_column(overflow="fold")
@@ -193,7 +193,7 @@ def _tip_facts(robot: Robot, reach: ArmReach) -> Iterable[tuple[str, str]]:
 
 
 def missing_meshes(robot: Robot) -> list[str]:
-    """The meshes that were not found, a line each: name and reason."""
+    """The meshes that were not found, one line each: name and reason."""
     return list(dict.fromkeys(f"{mesh.name}: {mesh.problem}" for mesh in _meshes(robot) if mesh.path is None))
 
 

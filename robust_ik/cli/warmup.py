@@ -1,4 +1,4 @@
-"""`robust-ik warmup`: compiles ahead, so that nobody waits for it later."""
+"""`robust-ik warmup`: compiles kernels ahead of time, so that nobody has to wait later."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""From tasks and limits to joint velocities: problems, bounds, resolvers, the controller, the stepper."""
+"""Control: from tasks and limits to joint velocities, by bounds, resolvers, a controller and a compiled stepper."""

@@ -1,4 +1,4 @@
-"""What q̇ must respect: a box, and rows that must not fall below a floor. Arrays only."""
+"""Bounds on q̇: a box, and rows whose product with q̇ must not fall below a floor. Arrays only."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 from robust_ik.checks import Array
 
 CONTRADICTION = 1e-9
-"""Bounds that cross by less are taken as equal: rounding."""
+"""Bounds that cross by less than this count as equal, for rounding."""
 
 ACTIVE = 1e-9
-"""A bound is active where q̇ is this near to it."""
+"""A bound is active if q̇ is this close to it."""
 
 ROUNDING = 1e-12
-"""How far a motion may go past a bound: otherwise rounding could stop it."""
+"""A motion may go past a bound by this much; otherwise rounding could stop it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,15 +26,15 @@ class Bounds:
     Attributes:
         lower: (n,), rad/s or m/s, −∞ for none.
         upper: (n,), not below `lower`.
-        lower_cause: What sets each entry of `lower`, (n,) of str: "joint1 position".
+        lower_cause: The limit behind each entry of `lower`, (n,) of str: "joint1 position".
         upper_cause: The same for `upper`.
         rows: (r, n).
         floor: (r,), the least value of rows @ q̇.
-        row_cause: What each row is about, r strings.
-        contradictions: Limits that had to yield because they contradict stronger ones.
-        unhurried: The box without acceleration limits, where there are any: lower and upper, (n,) each.
-        last: The velocities of the last step, (n,), where acceleration is limited.
-        fastest: What of the box is there to bound speeds, not to keep from something, (n,); None if nothing is.
+        row_cause: The limit behind each row, r strings.
+        contradictions: Limits that yielded because they contradict stronger ones.
+        unhurried: The box without acceleration limits, lower and upper, (n,) each; None if there are no such limits.
+        last: The velocities of the last step, (n,), if acceleration is limited.
+        fastest: Pure speed limits, (n,), without the box's bounds that protect position limits; None if there are none.
     """
 
     lower: Array
@@ -61,11 +61,11 @@ class Bounds:
 
     @classmethod
     def of_rows(cls, rows: Array, floor: Array, cause: tuple[str, ...]) -> Bounds:
-        """Rows only: rows (r, n), floor (r,), what each is about."""
+        """Rows only: rows (r, n), floor (r,), and the limit behind each row."""
         return replace(cls.free(rows.shape[1]), rows=rows, floor=floor, row_cause=cause)
 
     def within(self, stronger: Bounds) -> Bounds:
-        """Both at once; where boxes contradict each other, the other's wins and the contradiction is noted."""
+        """Both bounds together; if the boxes contradict each other, `stronger` wins and the contradiction is noted."""
         lower = np.clip(self.lower, stronger.lower, stronger.upper)
         upper = np.clip(self.upper, stronger.lower, stronger.upper)
         crossed = (self.lower > stronger.upper + CONTRADICTION) | (self.upper < stronger.lower - CONTRADICTION)
@@ -101,14 +101,14 @@ class Bounds:
 
     @property
     def lasting(self) -> Bounds:
-        """The same without acceleration limits."""
+        """The same bounds without acceleration limits."""
         if self.unhurried is None:
             return self
         lower, upper = self.unhurried
         return replace(self, lower=lower, upper=upper, unhurried=None, last=None)
 
     def largest_step(self, qdot: Array, change: Array) -> float:
-        """The largest s in [0, 1] for which q̇ + s·change stays inside, q̇ being inside."""
+        """The largest s in [0, 1] for which q̇ + s·change stays inside; q̇ is inside."""
         room = np.concatenate([self.upper - qdot, qdot - self.lower, self.rows @ qdot - self.floor])
         used = np.concatenate([change, -change, -(self.rows @ change)])
         room = np.maximum(room, 0.0) + ROUNDING
@@ -116,7 +116,7 @@ class Bounds:
         return float(np.min(room[limiting] / used[limiting], initial=1.0))
 
     def contains(self, qdot: Array, tolerance: float = ACTIVE) -> bool:
-        """Whether q̇ respects them."""
+        """Whether q̇ is within the bounds."""
         return bool(
             (qdot >= self.lower - tolerance).all()
             and (qdot <= self.upper + tolerance).all()
@@ -124,7 +124,7 @@ class Bounds:
         )
 
     def active(self, qdot: Array) -> tuple[str, ...]:
-        """What q̇ lies on."""
+        """The limits whose bounds q̇ lies on."""
         at_lower = qdot <= self.lower + ACTIVE
         at_upper = (qdot >= self.upper - ACTIVE) & ~at_lower
         on_floor = self.rows @ qdot <= self.floor + ACTIVE
@@ -136,7 +136,7 @@ class Bounds:
 
 
 def least_of(a: Array | None, b: Array | None) -> Array | None:
-    """Entry by entry; None stands for no bound."""
+    """The smaller one, entry by entry; None stands for no bound."""
     if a is None or b is None:
         return b if a is None else a
     return np.minimum(a, b)

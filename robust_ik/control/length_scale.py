@@ -1,4 +1,4 @@
-"""Which length stands for one metre where a robot's Jacobian is inverted."""
+"""Chooses the unit of length in which a robot's Jacobian is inverted."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from robust_ik.robot.robot import Robot
 
 
 def chosen_length_scale(robot: Robot, inverses: Iterable[RobustInverse], given: float | None) -> float:
-    """What is given, else 1 m where an inverse says what rows weigh, else the robot's own."""
+    """The length scale that is given; else 1 m if an inverse has row weights of its own, else the robot's."""
     if given is not None:
         return checked_parameter("length_scale", given, above=0)
     return 1.0 if any(has_own_scale(each) for each in inverses) else robot.length_scale
 
 
 def has_own_scale(inverse: RobustInverse) -> bool:
-    """Whether an inverse, or one that it wraps, says what metres weigh against radians."""
+    """Whether an inverse, or one that it wraps, has its own weights of metres against radians."""
     if isinstance(inverse, Weighted) and (inverse.task_weights is not None or inverse.length_scale is not None):
         return True
     if isinstance(inverse, SDLS) and inverse.length_scale != 1.0:
@@ -29,7 +29,7 @@ def has_own_scale(inverse: RobustInverse) -> bool:
 
 
 def in_units(inverse: RobustInverse, robot: Robot, rows: tuple[str, ...], length_scale: float) -> RobustInverse:
-    """The inverse in units of a length: itself for 1 m, else around it what divides rows in metres and slides."""
+    """The inverse in a unit of length: itself for 1 m, else wrapped to divide rows in metres and slides by it."""
     if length_scale == 1.0:
         return inverse
     rows_in_metres = np.array([row in ("x", "y", "z") for row in rows])

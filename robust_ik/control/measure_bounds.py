@@ -1,4 +1,4 @@
-"""What the measures of a stack's levels usually are on a robot, to set bounds by."""
+"""Typical measures of manipulability of a stack's levels on a robot, from which bounds are set."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from robust_ik.inverses.task_equation import stacked
 from robust_ik.robot.robot import Robot
 
 SAMPLES = 300
-"""Random configurations. Their median is known to 1.25/√300, 7 % of the measure's spread."""
+"""Number of random configurations. Their median is known to 1.25/√300, 7 % of the measure's spread."""
 
 
 @checked
@@ -23,17 +23,17 @@ def measure_bounds(
 ) -> tuple[float, ...]:
     """Bounds m̄ for `TaskReconstruction`: a fraction of the median of each level's measure.
 
-    The median is over random configurations within the limits. A level that higher ones leave too few joints for has
-    the measure 0, and is left alone.
+    The median is over random configurations within the limits. A level to which higher ones leave too few joints has
+    the measure 0, and the bound 0.
 
     Args:
         robot: The robot.
-        stack: The stack that is to be resolved.
-        fraction: In (0, 1); .2 keeps away from singularities and leaves most of the workspace.
+        stack: The stack.
+        fraction: In (0, 1); 0.2 keeps away from singularities and leaves most of the workspace.
         rng: For the samples; the same ones by default.
 
     Raises:
-        InputError: The fraction is not in (0, 1), or the stack is none.
+        InputError: The fraction is not in (0, 1), or the stack is not valid.
     """
     checked_parameter("fraction", fraction, above=0, below=1)
     levels = checked_stack(stack)

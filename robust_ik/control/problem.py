@@ -1,4 +1,4 @@
-"""What passes from tasks and limits to a resolver: plain frozen values, arrays only."""
+"""The problem that a resolver solves, as plain frozen values. Arrays only."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from robust_ik.inverses.task_equation import TaskEquation
 
 @dataclass(frozen=True, eq=False)
 class VelocityProblem:
-    """What a resolver solves.
+    """Levels of task equations, and bounds on q̇.
 
     Attributes:
         levels: One equation per level, the most important first.
-        bounds: What q̇ must respect.
-        dt: How long q̇ lasts, s; 0 where that is not known.
+        bounds: Bounds on q̇.
+        dt: Duration of q̇, s; 0 if unknown.
     """
 
     levels: tuple[TaskEquation, ...]

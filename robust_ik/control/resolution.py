@@ -1,4 +1,4 @@
-"""What a resolver answers: joint velocities, what every level got, and what stood in the way. Arrays only."""
+"""The result of a resolver: joint velocities, what each level got, and which limits acted. Arrays only."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from robust_ik.checks import Array
 from robust_ik.errors import listed
 
 SLOWED = 0.1
-"""A level that limits let have less than this share of its motion is held by them."""
+"""A level that gets a smaller share of its motion than this is held by limits."""
 
 
 class Status(enum.Enum):
-    """How a step went; the value says what that means."""
+    """Status of a step; the value is the explanation."""
 
     TRACKING = "The first level is met, and no limit slows any level."
     SCALED = "A level gets less than it asks for."
@@ -26,15 +26,15 @@ class Status(enum.Enum):
 
 @dataclass(frozen=True, eq=False)
 class LevelResult:
-    """What one level got.
+    """The result of one level.
 
     Attributes:
         scale: The share of its motion that limits allow, in [0, 1].
         residual: ẋ − J q̇, (m,), in the units of the task.
-        sigma: Singular values of J in what higher levels leave free, (k,), descending, k = min(m, freedom left).
+        sigma: Singular values of J in the freedom left by higher levels, (k,), descending, k = min(m, freedom left).
         corank: How many of these are zero.
         kinematic_corank: How many singular values of J itself are zero.
-        algorithmic: Whether an algorithmic singularity is near: J is well conditioned, J in what is left is not.
+        algorithmic: Whether an algorithmic singularity is near: J is well conditioned, J in the freedom left is not.
     """
 
     scale: float
@@ -46,20 +46,20 @@ class LevelResult:
 
     @property
     def manipulability(self) -> float:
-        """Π σ of the level in what higher levels leave free; 1 where nothing is left."""
+        """Π σ of the level in the freedom left by higher levels; 1 if nothing is left."""
         return float(np.prod(self.sigma))
 
 
 @dataclass(frozen=True, eq=False)
 class Resolution:
-    """Joint velocities, and what they could not give.
+    """Joint velocities, and how far they meet the tasks.
 
     Attributes:
         qdot: Joint velocities, (n,), rad/s or m/s.
-        levels: What each level got, the most important first.
+        levels: The result of each level, the most important first.
         active: Limits that q̇ lies on: "joint4 velocity", "link2 - table distance".
-        contradictions: Limits that had to yield to stronger ones.
-        status: How it went.
+        contradictions: Limits that yielded to stronger ones.
+        status: Status of the step.
     """
 
     qdot: Array
@@ -80,7 +80,7 @@ class Resolution:
 
     @property
     def text(self) -> str:
-        """The step in words: what it means, what stood in the way, what to do."""
+        """The step in words: what the status means, which limits acted, what to do."""
         return " ".join([f"{self.status.name.lower()}: {self.status.value}", *self._facts(), self._advice()]).strip()
 
     def _facts(self) -> Iterator[str]:

@@ -1,8 +1,8 @@
-"""Levels and bounds in an arm's own unit of length, where metres beside radians would say little. Arrays only.
+"""Levels and bounds in an arm's own unit of length, for arms far from the size of a metre. Arrays only.
 
-Inverses and resolvers compare rows of metres with rows of radians: thresholds relative to σ₁, damping, ranks. That is
-sensible for arms of about a metre. Lengths of all others are divided by a length scale L on their way in: rows in
-metres by L, joints that slide by L, and what comes out is multiplied.
+Inverses and resolvers compare rows of metres with rows of radians: in thresholds relative to σ₁, in damping, in ranks.
+That makes sense for arms of about a metre. For others, rows in metres and joints that slide are divided by a length
+scale L, and results are multiplied by it.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from robust_ik.inverses.task_equation import TaskEquation
 
 @dataclass(frozen=True, eq=False)
 class Units:
-    """A unit of length in the place of the metre.
+    """A unit of length instead of the metre.
 
     Attributes:
         length: L, m.
@@ -41,7 +41,7 @@ class Units:
         return np.ones(len(equation.xdot)) if equation.lengths is None else np.where(equation.lengths, self.length, 1.0)
 
     def problem(self, given: VelocityProblem) -> VelocityProblem:
-        """What a resolver is told."""
+        """The problem in these units."""
         if self.length == 1.0:
             return given
         return replace(
@@ -49,7 +49,7 @@ class Units:
         )
 
     def resolution(self, given: VelocityProblem, found: Resolution) -> Resolution:
-        """What it answers, in metres, but for singular values, which stay in these units."""
+        """The resolution in metres, except for singular values, which stay in these units."""
         if self.length == 1.0:
             return found
         levels = tuple(
@@ -69,7 +69,7 @@ class Units:
         )
 
     def _bounds(self, given: Bounds) -> Bounds:
-        """Rows are of distances: in this unit too."""
+        """Bounds in these units; rows are of distances, which are divided too."""
         joints, hurried = self.joints, given.unhurried
         return replace(
             given,

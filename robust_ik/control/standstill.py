@@ -1,4 +1,4 @@
-"""Why an arm stands still though its task asks for motion, and what is the way on."""
+"""Explains why an arm stands still although its task asks for motion, and how it could go on."""
 
 from __future__ import annotations
 
@@ -17,27 +17,27 @@ from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.pose_ik import PoseResult
 
 LOST = 0.05
-"""A direction of the arm without what is held is lost where σ is below this fraction of σ₁."""
+"""A direction is lost if, without the held motions, its σ is below this fraction of σ₁."""
 
 HELD = 1e-3
-"""Joints nearer to an end than this are held by it if they are asked to go on, rad or m."""
+"""A joint closer to an end than this, rad or m, is held by it if it is asked to go on."""
 
 
 @dataclass(frozen=True, eq=False)
 class Standstill:
-    """What holds an arm, and the way on; `print` says it in words.
+    """What holds an arm, and how it could go on; `print` shows it in words.
 
     Attributes:
-        held: The limits that stand in the way: "panda_joint4 position", "hand - table distance".
+        held: The limits that hold it: "panda_joint4 position", "hand - table distance".
         sigma: Singular values of the first level's Jacobian, (k,), descending.
-        saturated: The same without the motions that the limits hold, (k',).
-        lost: The task direction along which these give next to nothing (σ ≤ LOST σ₁) and the task asks for most, (m,),
-            a unit vector along the axes of the task's rows; None if there is none.
-        asked: The share of the wish along it, in [0, 1].
+        saturated: Singular values without the motions that the limits hold, (k',).
+        lost: The lost task direction (σ ≤ LOST σ₁ without the held motions) along which most is asked, (m,), a unit
+            vector along the axes of the task's rows; None if there is none.
+        asked: The part of ẋ along it, as a fraction in [0, 1].
         rows: Names of the task rows, m strings.
-        reachable: Whether `solve_pose` reaches the target within joint limits; None where the first level is not one
+        reachable: Whether `solve_pose` reaches the target within joint limits; None if the first level is not a single
             FrameTask or PositionTask.
-        nearest: What it found: a configuration there, or of the nearest pose; None as above.
+        nearest: Its result: a configuration at the target, or at the nearest pose; None as above.
     """
 
     held: tuple[str, ...]
@@ -74,15 +74,15 @@ class Standstill:
 
 @checked
 def why_stuck(controller: VelocityController, q: ArrayLike, stack: Stack | Task) -> Standstill:
-    """Why a controller's arm stands still at q, or nearly so, and how it could go on.
+    """Explains why a controller's arm stands still at q, or nearly so, and how it could go on.
 
     Args:
-        controller: What stands still; it is left as it is.
+        controller: The controller; it is not changed.
         q: Configuration, (nq,).
-        stack: What it is asked for.
+        stack: The stack of tasks.
 
     Raises:
-        InputError: Arguments cannot be meant.
+        InputError: Arguments are not valid.
         FrameNotFoundError: A task names a frame that the robot does not have.
 
     Example:
@@ -115,7 +115,7 @@ def why_stuck(controller: VelocityController, q: ArrayLike, stack: Stack | Task)
 
 
 def _holding(controller: VelocityController, q: Array, wish: Array) -> tuple[tuple[str, ...], Array]:
-    """Names of the limits that keep the arm from what is wished, and the joint motions that they hold, (r, n)."""
+    """Names of the limits that stop the wished motion, and the joint motions that they hold, (r, n)."""
     robot = controller.robot
     names: list[str] = []
     rows: list[Array] = [np.zeros((0, robot.n))]
@@ -133,7 +133,7 @@ def _holding(controller: VelocityController, q: Array, wish: Array) -> tuple[tup
 
 
 def _lost(J: Array, xdot: Array, rows: Array) -> tuple[Array | None, float, Array]:
-    """The direction that is lost and asked for most, how much of the wish it is, and σ without what is held."""
+    """The lost direction along which most is asked, its part of the wish, and σ without the held motions."""
     free = np.eye(J.shape[1])
     if len(rows):
         found = full_svd(rows)
@@ -141,7 +141,7 @@ def _lost(J: Array, xdot: Array, rows: Array) -> tuple[Array | None, float, Arra
     size, largest = float(np.linalg.norm(xdot)), float(svd(J).s[0])
     U, s = np.eye(len(J)), np.zeros(0)
     if free.shape[1]:
-        turned = full_svd((J @ free).T)  # the other way round, so that all directions of the task are there
+        turned = full_svd((J @ free).T)  # transposed, so that it has all task directions
         U, s = turned.Vt.T, turned.s
     weak = np.r_[s, np.zeros(len(J) - len(s))] <= LOST * largest
     if not weak.any() or size == 0.0:
@@ -152,14 +152,14 @@ def _lost(J: Array, xdot: Array, rows: Array) -> tuple[Array | None, float, Arra
 
 
 def _nearest(controller: VelocityController, q: Array, task: Task) -> PoseResult | None:
-    """What `solve_pose` finds for the task's target, from q."""
+    """The result of `solve_pose` for the task's target, from q."""
     if not isinstance(task, FrameTask | PositionTask):
         return None
     return controller.robot.solve_pose(task.target, q, frame=task.frame, effort="thorough")
 
 
 def _names(task: Task, own: tuple[str, ...], count: int) -> tuple[str, ...]:
-    """What to call the rows of a task."""
+    """Names of a task's rows."""
     told = getattr(task, "rows", None) or own
     if len(told) == count:
         return tuple(told)

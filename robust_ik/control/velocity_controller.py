@@ -1,4 +1,4 @@
-"""One control step: from a stack of tasks at q to joint velocities within limits."""
+"""One control step: joint velocities within limits, from a stack of tasks at q."""
 
 from __future__ import annotations
 
@@ -29,42 +29,42 @@ from robust_ik.inverses.task_equation import TaskEquation, stacked
 from robust_ik.robot.robot import Robot
 
 ATTEMPTS = 4
-"""How often a step is resolved until limits hold at its end."""
+"""Most times that a step is resolved until limits hold at its end."""
 SHARES = (0.5, 0.25, 0.1, 0.03, 0.01, 0.0)
-"""How much of its speed is left to a step that no resolving makes keep its limits."""
+"""Fractions to which the speed of a step is reduced if no resolving makes it keep its limits."""
 
 LESS = 0.5
 """A slower motion takes the place of a faster one that breaks a limit, too, if it breaks it by less than this part."""
 GAMMA = 0.01
-"""γ of the J-PARSE of a controller that is told nothing; `benchmarks/default_inverse.py` measures others beside it.
+"""γ of a controller's default J-PARSE; `benchmarks/default_inverse.py` compares it with other inverses.
 
-A larger γ, such as the paper's 0.1, creeps near singular configurations; a smaller one is faster there.
+A larger γ, such as the paper's 0.1, is slow near singular configurations; a smaller one is faster there.
 """
 
 SLOWER = 20
-"""How often a step is made slower that its tasks do not allow."""
+"""Most times that a step is slowed if its tasks do not allow it."""
 
 SAME = 1e-4
-"""Of the largest velocity, what a step must be made slower by to go on with that."""
+"""Least relative change of the largest velocity for which slowing continues."""
 
 HALVINGS = 8
-"""Between a step that its tasks do not allow and braking."""
+"""Number of halvings between a step that its tasks do not allow, and braking."""
 
 TINY = 1e-300
-"""In place of dividing by zero."""
+"""Least divisor, instead of zero."""
 
 
 class VelocityController:
     """Turns a stack of tasks into joint velocities that respect limits, step after step.
 
-    A controller is one run: it remembers the velocities it gave, for acceleration limits, and what its inverses
-    remember. `reset` begins a new run.
+    A controller has the state of one run: the last velocities, for acceleration limits, and the memories of inverses
+    and tasks. `reset` begins a new run.
 
     Attributes:
         robot: The robot.
-        resolver: What resolves levels and bounds.
-        limits: What is respected, the strongest first.
-        length_scale: What a resolver is told lengths in, m: 1, or for robots much larger or smaller their own size.
+        resolver: The resolver.
+        limits: The limits, the strongest first.
+        length_scale: The resolver's unit of length, m: 1, or for much larger or smaller robots about their own size.
         qdot: The joint velocities of the last step, (n,); at rest before the first.
     """
 
@@ -82,14 +82,14 @@ class VelocityController:
             robot: The robot.
             resolver: A resolver; an inverse stands for `TaskPriority` with it; default
                 `TaskPriority(JParse(gamma=0.01), steady=True)`.
-            limits: Limits; where they contradict each other, the first wins. Default the robot's own position and
+            limits: Limits; if they contradict each other, the first wins. Default the robot's own position and
                 speed limits, `JointLimits.of(robot)`; () for none.
             length_scale: L, m per rad: rows in metres, and joints that slide, are divided by it before they are
-                resolved. Default `robot.length_scale`, 1 m for robots of usual size; 1 where an inverse has weights of
+                resolved. Default `robot.length_scale`, 1 m for robots of usual size; 1 if an inverse has weights of
                 rows or a length scale of its own.
 
         Raises:
-            InputError: Something is of another kind.
+            InputError: An argument is of another type.
         """
         if not isinstance(robot, Robot):
             raise InputError(f"robot must be a Robot, as rik.load gives it, got {robot!r}")
@@ -106,7 +106,7 @@ class VelocityController:
         """Begins a new run.
 
         Args:
-            qdot: Joint velocities that the robot has now, (n,); default at rest.
+            qdot: Present joint velocities of the robot, (n,); default at rest.
         """
         start = np.zeros(self.robot.n) if qdot is None else as_measures(qdot, "qdot", (self.robot.n,))
         if start.ndim != 1:
@@ -120,13 +120,13 @@ class VelocityController:
 
         Args:
             q: Configuration, (nq,).
-            stack: Levels of tasks, the most important first; [task, task] stands for one level of them, one task for
+            stack: Levels of tasks, the most important first; [task, task] stands for one level with both, one task for
                 [[task]].
             dt: Length of the step, s.
 
         Returns:
-            Velocities, (n,), what each level got of what it wants, and the limits that act. That limits contradict each
-            other is a status, not an error.
+            Joint velocities, (n,), the result of each level, and the limits that act. Limits that contradict each other
+            are a status, not an error.
 
         Raises:
             InputError: q is not one finite configuration, the stack is no list of lists of tasks, dt is not > 0.
@@ -144,9 +144,9 @@ class VelocityController:
         return resolution
 
     def _resolved(self, q: Array, problem: VelocityProblem, dt: float) -> Resolution:
-        """The resolution; where the step in full would break a limit, one that does not."""
+        """The resolution; if its step in full would break a limit, another one that does not."""
         begun = self._driver or self.resolver
-        remembers = begun is not self.resolver  # what is tried and dropped must not be remembered
+        remembers = begun is not self.resolver  # trial steps that are dropped must not be remembered
         tried, found = problem, None
         for _ in range(ATTEMPTS):
             self._driver = copy.deepcopy(begun) if remembers and self._watching else begun
@@ -163,9 +163,9 @@ class VelocityController:
         return self._slowed(q, problem, found or latest, dt)
 
     def _within_shares(self, q: Array, problem: VelocityProblem, found: Resolution) -> Resolution:
-        """The part of the motion that drives allow, as far as bounds let it be slower."""
+        """The part of the motion that drives allow, as far as bounds allow it to be slower."""
         qdot, bounds, kept, share = found.qdot, problem.bounds, 1.0, self._share(q, found.qdot)
-        for _ in range(SLOWER):  # joints that acceleration limits hold cannot be slower: then the others are
+        for _ in range(SLOWER):  # joints at acceleration limits cannot be slower: then the others are
             slower = np.clip(share * qdot, bounds.lower, bounds.upper)
             held = bounds.last is not None and np.abs(slower - qdot).max() <= SAME * np.abs(qdot).max()
             if share >= 1 or held or not bounds.contains(slower):
@@ -183,17 +183,18 @@ class VelocityController:
         return self._verdict(problem, qdot, kept * found.scale, found, np.zeros(len(bounds.floor), dtype=bool))
 
     def _share(self, q: Array, qdot: Array) -> float:
-        """The least share of a motion that drives allow."""
+        """The least share of a motion that any drive allows."""
         return min((drive.share(q, qdot) for drive in self._drives.values()), default=1.0)
 
     def _nearer_to_braking(self, q: Array, bounds: Bounds, last: Array, qdot: Array) -> Array:
-        """A motion, (n,), that drives allow, as near to a wanted one as may be on the way to it from braking.
+        """A motion, (n,), that drives allow, as near to `qdot` as possible on the line from braking to it.
 
-        All brake together, keeping their ratios, as hard as acceleration limits let the slowest of them; where that
-        is too slow for a joint's other limits, it brakes harder. If drives do not allow that either, it is the answer.
+        In braking, all joints keep their ratios and brake as hard as acceleration limits let the slowest of them; a
+        joint whose other limits require it brakes harder. If drives do not allow braking either, it is returned all the
+        same.
         """
         lower, upper = bounds.unhurried or (bounds.lower, bounds.upper)
-        held = (last != 0.0) & (lower <= 0.0) & (upper >= 0.0)  # by acceleration alone, not to come back to its limits
+        held = (last != 0.0) & (lower <= 0.0) & (upper >= 0.0)  # not those coming back to their limits
         slowest = np.clip(0.0, bounds.lower, bounds.upper)[held] / last[held]
         braking = np.clip(np.max(np.clip(slowest, 0.0, 1.0), initial=0.0) * last, bounds.lower, bounds.upper)
         least, most = 0.0, 1.0
@@ -204,7 +205,7 @@ class VelocityController:
         return np.asarray(braking + least * (qdot - braking))
 
     def _tightened(self, q: Array, qdot: Array, dt: float, bounds: Bounds) -> Bounds | None:
-        """What a limit asks for more, if one does."""
+        """The tighter bounds of the first limit that asks for them; None if no limit does."""
         for limit in self._watching:
             tighter = limit.tightened(self.robot, q, qdot, dt, bounds)
             if tighter is not None:
@@ -235,7 +236,7 @@ class VelocityController:
     def _verdict(
         self, problem: VelocityProblem, qdot: Array, scales: Array, found: Resolution, yielded: NDArray[np.bool_]
     ) -> Resolution:
-        """What came of a step in whose place another one was found; rows that had to yield are named."""
+        """The resolution for other joint velocities in place of those found; rows that yielded are named."""
         names = [*found.contradictions, *(cause for cause, yields in zip(problem.bounds.row_cause, yielded) if yields)]
         bounds = replace(problem.bounds, contradictions=tuple(dict.fromkeys(names)))
         problem = replace(problem, bounds=bounds)
@@ -247,7 +248,7 @@ class VelocityController:
         bounds = Bounds.free(self.robot.n)
         for limit in reversed(self.limits):
             bounds = bounds.within(limit.bounds(self.robot, q, self.qdot, dt))
-        drives, self._drives = self._drives, {}  # those of tasks that are not asked for any more end
+        drives, self._drives = self._drives, {}  # those of tasks that are no longer in the stack end
         for place in ((i, j) for i, level in enumerate(stack) for j in range(len(level))):
             task, drive = stack[place[0]][place[1]], drives.get(place)
             drive = drive if drive is not None and drive.continues(task) else task.begin(self.robot, self.limits)
@@ -260,7 +261,7 @@ class VelocityController:
         return VelocityProblem(levels, bounds, dt)
 
     def _equation(self, place: tuple[int, int], task: Task, q: Array, moment: Moment) -> TaskEquation:
-        """What the task at a place of the stack gives, by way of its drive if it has one."""
+        """The equation of the task at a place of the stack, by its drive if it has one."""
         hessian, drive = self.resolver.needs_hessian, self._drives.get(place)
         if drive is None:
             return _checked(task, task.equation(self.robot, q, hessian=hessian), self.robot)
@@ -285,7 +286,7 @@ def as_resolver(given: Resolver | RobustInverse | None) -> Resolver:
 
 
 def _checked(task: Task, equation: TaskEquation, robot: Robot) -> TaskEquation:
-    """What a task gives, which may be one of the user's own.
+    """The equation of a task, checked since it may be the user's own.
 
     Raises:
         InputError: Shapes do not fit, or something is NaN or infinite.

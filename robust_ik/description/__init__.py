@@ -1,1 +1,1 @@
-"""What a robot is before it moves: joints, links, limits and shapes, from URDF files and DH tables. No Pinocchio."""
+"""Robot descriptions: joints, links, limits and shapes, read from URDF files and DH tables. No Pinocchio."""

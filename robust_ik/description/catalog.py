@@ -1,4 +1,4 @@
-"""Robots that can be loaded by name: ours in `robots/`, and those of the example-robot-data package."""
+"""The catalogue of robots that can be loaded by name: ours in `robots/`, and those of example-robot-data."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from robust_ik.errors import RobotNotFoundError, suggest
 OURS = "robust_ik"
 EXAMPLES = "example-robot-data"
 
-# File (below example-robot-data's robots/) → name, where the file's own name would be ambiguous or clumsy.
+# File (below example-robot-data's robots/) → name, if the file's own name is ambiguous or clumsy.
 _NAMES = {
     "anymal_b_simple_description/robots/anymal.urdf": "anymal_b",
     "anymal_b_simple_description/robots/anymal-kinova.urdf": "anymal_kinova",
@@ -39,7 +39,7 @@ _NAMES = {
     "ur_description/urdf/ur10_joint_limited_robot.urdf": "ur10_limited",
 }
 
-# An empty file in the package: no robot.
+# An empty file in the package.
 _NOT_ROBOTS = ("ur_description/urdf/ur3.urdf",)
 
 
@@ -49,7 +49,7 @@ class Known:
 
     Attributes:
         tip: The manufacturer's tool frame.
-        rest: A configuration to start from, joint values in rad or m; empty where none is documented.
+        rest: A start configuration, joint values in rad or m; empty if none is documented.
     """
 
     tip: str
@@ -118,7 +118,7 @@ def find(name: str) -> Entry:
 
 
 def _ours() -> Iterator[Entry]:
-    """`robots/` beside the package in a checkout, `_robots/` inside it when installed."""
+    """Our robots: in `robots/` beside the package in a checkout, in `_robots/` inside it when installed."""
     package = Path(__file__).parents[1]
     folder = next((f for f in (package / "_robots", package.parent / "robots") if f.is_dir()), None)
     if folder is None:
@@ -129,7 +129,7 @@ def _ours() -> Iterator[Entry]:
 
 
 def _examples() -> Iterator[Entry]:
-    """The URDF files of the example-robot-data package, which is data on disk and nothing else."""
+    """The URDF files of the example-robot-data package, found on disk without importing it."""
     try:
         files = importlib.metadata.distribution(EXAMPLES).files or []
     except importlib.metadata.PackageNotFoundError:

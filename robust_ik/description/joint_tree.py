@@ -1,4 +1,4 @@
-"""What a robot description says: joints as a tree, and shapes of links. Plain values, no Pinocchio."""
+"""Robot description as plain values: joints as a tree, and shapes of links. No Pinocchio."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Mimic:
 
 @dataclass(frozen=True)
 class Joint:
-    """One joint of the tree. Limits that are not stated are infinite.
+    """One joint of the tree; limits that are not stated are infinite.
 
     Attributes:
         name: Joint name.
@@ -34,9 +34,9 @@ class Joint:
         lower: Lower position limit, rad or m.
         upper: Upper position limit, rad or m.
         velocity: Speed limit, rad/s or m/s.
-        mimic: What it follows, if it is no joint of its own.
-        problem: Why it cannot move as the file has it; empty if it can.
-        length: How far its origin is from its parent's, m.
+        mimic: The joint that it follows, or None for an independent joint.
+        problem: Why it cannot move as written in the file; empty if it can.
+        length: Distance of its origin from its parent's, m.
     """
 
     name: str
@@ -81,7 +81,7 @@ class Mesh:
         name: The path as the description writes it.
         path: The file, or None when it was not found.
         scale: Factors along x, y, z.
-        root: The folder that the mesh and whatever it refers to may be read from.
+        root: The folder from which the mesh and the files it refers to may be read.
         problem: Why there is no path; empty otherwise.
     """
 
@@ -102,7 +102,7 @@ class Visual:
     Attributes:
         link: The link that carries it.
         placement: Pose in the link frame, (4, 4).
-        shape: What it looks like.
+        shape: The geometry.
         color: RGBA in [0, 1], or None for the mesh's own; collision shapes have none.
     """
 
@@ -122,9 +122,9 @@ class Description:
         links: Link names, in file order.
         joints: Joints, in file order.
         visuals: Shapes to draw.
-        source: Where it came from, for messages.
-        notes: What was read in a way that its reader should know, a sentence each.
-        collisions: Shapes to keep apart, as far as the file has any.
+        source: Its file or other origin, for messages.
+        notes: What the user should know about the reading of the file, one sentence each.
+        collisions: Collision shapes of the file, if any.
         file: The file it was read from, absolute, or None for text.
     """
 
@@ -140,7 +140,7 @@ class Description:
 
     @property
     def solids(self) -> tuple[Visual, ...]:
-        """What may not collide: the collision shapes; the visuals of a description that has none at all."""
+        """Shapes for collision checks: the collision shapes, or the visuals if the description has none at all."""
         return self.collisions or self.visuals
 
     @cached_property
@@ -158,17 +158,17 @@ class Description:
 
     @cached_property
     def root(self) -> str:
-        """The link that no joint moves."""
+        """The link without a parent joint."""
         return next(link for link in self.links if link not in self._joint_above)
 
     @cached_property
     def leaves(self) -> tuple[str, ...]:
-        """Links that carry no joint."""
+        """Links without child joints."""
         parents = {joint.parent for joint in self.joints}
         return tuple(link for link in self.links if link not in parents)
 
     def link_of(self, frame: str) -> str:
-        """The link that a frame name stands for: the link itself, or the child of the joint of that name."""
+        """The link of a frame name: the link itself, or the child link of the joint of that name."""
         if frame in self._links:
             return frame
         if frame in self.joint:
@@ -189,19 +189,19 @@ class Description:
         return tuple(reversed(list(upwards(self.link_of(frame)))))
 
     def rigid_body(self, link: str, moving: Collection[str]) -> str:
-        """The first link, from the root on, of the rigid body that a link is part of if only those joints move."""
+        """The first link of the rigid body to which a link belongs if only the joints in `moving` move."""
         while link in self._joint_above and self._joint_above[link].name not in moving:
             link = self._joint_above[link].parent
         return link
 
     def moving_joints(self, frame: str) -> tuple[str, ...]:
-        """The independent joints that move a frame, from the root on; a mimic joint stands for its source."""
+        """The independent joints that move a frame, from the root on; a mimic joint is replaced by its source."""
         names = [self.driver[joint.name].source for joint in self.chain(frame) if joint.kind != "fixed"]
         return tuple(dict.fromkeys(names))
 
     @cached_property
     def driver(self) -> dict[str, Mimic]:
-        """For every joint the independent joint that drives it, through any chain of mimics: itself if none."""
+        """For each joint, the independent joint that drives it, through any chain of mimics, or itself."""
         drivers: dict[str, Mimic] = {}
         for joint in self.joints:
             waiting = []

@@ -1,4 +1,4 @@
-"""Notes: what a reader of a file should know of how it was taken, a sentence each."""
+"""Notes: what the user of a file should know about how it was read, one sentence each."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ from robust_ik.errors import listed
 from robust_ik.errors.safe_text import visible
 
 NAMED = 8
-"""How many names a sentence lists."""
+"""Most names that a sentence lists."""
 LONGEST = 60
-"""Characters of a name that are shown."""
+"""Most characters of a name that are shown."""
 
 
 class Notes:
-    """Collects notes; what is said of several things is one sentence that lists them."""
+    """Collects notes; a sentence about several things appears once and lists them."""
 
     def __init__(self) -> None:
         self._names: dict[str, dict[str, None]] = {}
@@ -21,20 +21,20 @@ class Notes:
         """Notes a sentence, once for each name.
 
         Args:
-            sentence: What is said.
-            name: The thing it is said of, if it is said of one among others.
+            sentence: The sentence.
+            name: The thing it is about, if it is one of several.
         """
         names = self._names.setdefault(sentence, {})
         if name:
             names[name] = None
 
     def sentences(self) -> tuple[str, ...]:
-        """The notes in the order in which they came, each with the things it is said of in front."""
+        """The notes in the order in which they were added, each with the names it is about in front."""
         told = (f"{listed(list(names), NAMED)}: {said}" if names else said for said, names in self._names.items())
         return tuple(map(visible, told))
 
 
 def named(kind: str, name: object) -> str:
-    """A thing for a note or a message, long names cut: joint 'j1'."""
+    """A thing for a note or a message, such as: joint 'j1'; long names are cut."""
     text = str(name)
     return f"{kind} {text if len(text) <= LONGEST else text[:LONGEST] + '…'!r}"

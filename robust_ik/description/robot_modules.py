@@ -1,4 +1,4 @@
-"""Robots of the robot_descriptions package (PyPI), where it is installed; it downloads them at their first use."""
+"""Robots of the package robot_descriptions (PyPI), if installed; it downloads each robot at its first use."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ PACKAGE = "robot_descriptions"
 
 @dataclass(frozen=True)
 class DescribedRobot:
-    """What a module of robot_descriptions says.
+    """The files of a robot of robot_descriptions.
 
     Attributes:
         name: The module's name.
-        path: The robot's URDF or xacro file.
-        package_dirs: Where its packages lie.
-        xacro_args: What its xacro file is to be given.
+        path: Its URDF or xacro file.
+        package_dirs: Folders of its packages.
+        xacro_args: Arguments for its xacro file.
     """
 
     name: str
@@ -32,12 +32,12 @@ class DescribedRobot:
 
 
 def described(name: str) -> DescribedRobot | None:
-    """The robot that robot_descriptions calls so, with or without its own name before it; None if there is none.
+    """The robot of this name in robot_descriptions, with or without the package's name in front; None if there is none.
 
-    Only names of its own list are imported.
+    Only names in its own list are imported.
 
     Raises:
-        RobotNotFoundError: The name says that it is one of its robots, but it is not, or the package is not installed.
+        RobotNotFoundError: The name asks for one of its robots, but there is none, or the package is not installed.
         LoadError: It cannot be downloaded, or has no URDF.
     """
     wanted = name.removeprefix(f"{PACKAGE}.")
@@ -56,7 +56,7 @@ def described(name: str) -> DescribedRobot | None:
         return None
     try:
         module = importlib.import_module(f"{PACKAGE}.{wanted}")
-    except Exception as error:  # git, the network and the disk fail in ways of their own
+    except Exception as error:  # git, the network and the disk raise errors of their own
         reason = cut(" ".join(f"{type(error).__name__}: {error}".split()), 300)
         raise LoadError(
             f"robot_descriptions could not fetch {wanted!r}, which it downloads at its first use: {reason}"
@@ -65,7 +65,7 @@ def described(name: str) -> DescribedRobot | None:
 
 
 def of_module(module: ModuleType) -> DescribedRobot:
-    """What a module of robot_descriptions, or one like it, says.
+    """The files that a module of robot_descriptions, or a similar one, names.
 
     Raises:
         LoadError: It names no URDF and no xacro file.

@@ -1,8 +1,8 @@
-"""Which frame of a robot is its tip, when nobody says so: the end of its one arm.
+"""Chooses the tip of a robot if the user gives none: the end of its one arm.
 
-An arm's end is found by going down the tree into the branch with the most joints. Where several branches have the
-same number, they are either the fingers of a hand, whose last common link is then the tip, or the arms and legs of a
-robot that has several, and then only the user can tell.
+The search goes down the tree, always into the branch with the most joints. If several branches have the same number,
+they are either the fingers of a hand, and the tip is the last link that they share; or they are the arms and legs of a
+robot with several, and then only the user can choose.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from robust_ik.description.joint_tree import Description, Joint
 from robust_ik.errors import TipError, listed
 
 LEAST_ARM = 3
-"""Joints that carry a hand at least."""
+"""Least number of joints in the arm of a hand."""
 LONGEST_HAND = 0.5
-"""A finger's length as part of the arm's, above which it is taken for an arm of its own."""
+"""Largest length of a finger, as a fraction of the arm's; a longer one counts as an arm."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Tip:
 
     Attributes:
         name: The link.
-        note: What it was guessed from and what else there is; empty if the choice was plain.
+        note: Why it was chosen and what else is possible; empty if the choice was clear.
     """
 
     name: str
@@ -36,8 +36,8 @@ class Tip:
 def choose_tip(description: Description) -> Tip:
     """The end of the one arm: the leaf of the longest chain, or the link that its fingers share.
 
-    Of several leaves that move alike it is the one called tool0 (ROS-Industrial's name), else the last link that they
-    share.
+    Of several leaves that move alike, the tip is the one called tool0 (ROS-Industrial's name), else the last link that
+    they share.
 
     Raises:
         TipError: Nothing moves, or several arms are equally long; the message lists their ends.
@@ -60,7 +60,7 @@ def choose_tip(description: Description) -> Tip:
 
 
 class _Tree:
-    """How many independent joints move each link, and how many more come below it."""
+    """The tree of links: how many independent joints move each link, and how many more are below it."""
 
     def __init__(self, description: Description) -> None:
         self.description = description
@@ -85,7 +85,7 @@ class _Tree:
 
     @cached_property
     def deepest(self) -> dict[str, int]:
-        """The joints that move the farthest link below each link."""
+        """For each link, the largest number of joints that move any link below it."""
         deepest = {link: len(sources) for link, sources in self.sources.items()}
         for joint in reversed(list(self._downwards())):
             deepest[joint.parent] = max(deepest[joint.parent], deepest[joint.child])
@@ -93,14 +93,14 @@ class _Tree:
 
     @cached_property
     def _longest(self) -> dict[str, float]:
-        """The longest way from each link to a leaf, m."""
+        """For each link, the longest path to a leaf, m."""
         longest = dict.fromkeys(self.sources, 0.0)
         for joint in reversed(list(self._downwards())):
             longest[joint.parent] = max(longest[joint.parent], joint.length + longest[joint.child])
         return longest
 
     def ends(self, link: str) -> list[Tip]:
-        """The ends of the arms that start at a link: one, or as many as are equally long."""
+        """The ends of the arms that begin at a link: one, or several if they are equally long."""
         while True:
             branches = self._branches(link)
             if not branches:
@@ -114,14 +114,14 @@ class _Tree:
             link = alike[0].child
 
     def _branches(self, link: str) -> list[Joint]:
-        """The joints that move something against the body that a link is part of, those with most below first."""
+        """The joints that move relative to the rigid body of a link, those with the most joints below first."""
         parts = self._body(link)
         body = set(parts)
         branches = [joint for part in parts for joint in self._below[part] if joint.child not in body]
         return sorted(branches, key=lambda joint: -self.deepest[joint.child])
 
     def _is_hand(self, branches: list[Joint]) -> bool:
-        """Whether branches are fingers: alike, of fewer joints than carry them, and short."""
+        """Whether branches are fingers: of similar numbers of joints, fewer than the arm's, and short."""
         arm = len(self.sources[branches[0].parent])
         depths = [self.deepest[branch.child] - arm for branch in branches]
         alike = depths[:2] == [depths[0]] * 2 or (len(depths) > 2 and 2 * depths[2] >= depths[0])
@@ -148,7 +148,7 @@ class _Tree:
         )
 
     def _ends_of_body(self, link: str) -> list[Tip]:
-        """The leaves that no further joint moves; one of them, or what they share, where they are one rigid body."""
+        """The leaves that no further joint moves; of one rigid body, one leaf or the link that they share."""
         leaves = [part for part in self._body(link) if not self._below[part]]
         if len(leaves) == 1 or self._moves_within(leaves, link):
             return [Tip(leaf) for leaf in leaves]
@@ -174,28 +174,28 @@ class _Tree:
         ]
 
     def _length(self, link: str) -> float:
-        """The way from the root to a link, m."""
+        """The length of the path from the root to a link, m."""
         return sum(joint.length for joint in self.description.chain(link))
 
     def _moves_within(self, leaves: list[str], link: str) -> bool:
-        """Whether followers move some of the leaves against others."""
+        """Whether mimic joints move some of the leaves relative to others."""
         above = len(self._above(link))
         chains = [self.description.chain(leaf)[above - 1 :] for leaf in leaves]
         return any(joint.kind != "fixed" for chain in chains for joint in chain)
 
     def _body(self, link: str) -> list[str]:
-        """The links from a link on that nothing moves but what moves it."""
+        """A link and the links below it that move with it as one rigid body."""
         body = [link]
         for part in body:
             body += [joint.child for joint in self._below[part] if self.sources[joint.child] == self.sources[link]]
         return body
 
     def _above(self, link: str) -> list[str]:
-        """The links from the root to a link, both included."""
+        """The links from the root to a link, including both."""
         return [self.description.root, *(joint.child for joint in self.description.chain(link))]
 
     def shared(self, links: list[str]) -> str:
-        """The last link that is above all of some links, or one of them."""
+        """The last link on the paths from the root to all these links."""
         ways = [self._above(link) for link in links]
         common = [step[0] for step in zip(*ways) if len(set(step)) == 1]
         return str(common[-1])

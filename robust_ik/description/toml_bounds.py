@@ -1,4 +1,4 @@
-"""TOML text, refused where reading it would take the square of its length."""
+"""Reads TOML text, and refuses text that would take time in the square of its length."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import tomllib
 from typing import Any
 
 MOST_PARTS = 100
-"""Parts of a dotted key; nobody writes more than three."""
+"""Most parts of a dotted key; usual are three."""
 _PART = r"(?:[A-Za-z0-9_-]++|\"(?:[^\"\\\n]|\\.)*+\"|'[^'\n]*+')"
 _LONG_KEY = re.compile(rf"(?<![A-Za-z0-9_-])(?:{_PART}[ \t]*+\.[ \t]*+){{{MOST_PARTS}}}")
 

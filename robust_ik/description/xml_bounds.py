@@ -1,7 +1,7 @@
-"""How much an XML file may hold, counted in its bytes before anything reads it.
+"""Limits on the contents of an XML file, checked on its bytes before any parser reads it.
 
-Readers of XML take time and memory for every element, and for the attributes of one element the square of their number;
-50 MB of the smallest elements are twelve million. To count brackets takes some hundredths of a second.
+Parsers of XML need time and memory for every element, and for the attributes of one element in the square of their
+number; 50 MB of the smallest elements are twelve million. To count brackets takes some hundredths of a second.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ _BEFORE = b"\xef\xbb\xbf\xff\xfe\x00 \t\r\n"
 
 @dataclass(frozen=True)
 class XmlBounds:
-    """The most that a kind of file may hold.
+    """Limits on a kind of file.
 
     Attributes:
-        kind: What the file is, for messages.
-        elements: Elements in all.
-        of: Elements of a name, as (name, number); those whose names begin so count too.
-        attributes: Attributes of one element.
-        tag: Bytes of one start tag, with all its attributes.
+        kind: The kind of file, for messages.
+        elements: Most elements in all.
+        of: Most elements of a name, as (name, number); longer names that begin so count too.
+        attributes: Most attributes of one element.
+        tag: Most bytes of one start tag, with all its attributes.
     """
 
     kind: str
@@ -38,13 +38,13 @@ class XmlBounds:
     tag: int = 100_000
 
     def check(self, xml: str | bytes) -> None:
-        """Refuses what holds more, whatever else is wrong with it. Of bytes it needs that `keeps_brackets`.
+        """Raises if a file is beyond a limit, whatever else is wrong with it; bytes must pass `keeps_brackets` first.
 
         Raises:
-            UrdfError: It does.
+            UrdfError: It is.
         """
         data = xml if isinstance(xml, bytes) else xml.encode("utf-8", "surrogatepass")
-        data = data.replace(b"\0", b"")  # what is left of UTF-16 are the same brackets
+        data = data.replace(b"\0", b"")  # without its zeros, UTF-16 has the same brackets
         brackets = data.count(b"<")
         elements = brackets - sum(data.count(other) for other in (b"</", b"<!", b"<?"))
         if elements > self.elements:
@@ -70,13 +70,13 @@ class XmlBounds:
 URDF = XmlBounds("a URDF", 200_000, of=(("joint", 8_000), ("link", 10_000), ("mesh", 5_000)))
 """The largest robots, humanoids with hands and sensors, have some 4,000 elements, 220 joints and 130 meshes."""
 SRDF = XmlBounds("an SRDF", 200_000)
-"""All pairs of 600 links."""
+"""All pairs of 600 links fit into it."""
 COLLADA = XmlBounds("a COLLADA file", 60_000)
-"""The largest real ones, with hundreds of parts, have some 8,000: triangles are numbers in one element."""
+"""The largest real ones, with hundreds of parts, have some 8,000 elements: triangles are numbers in one element."""
 
 
 def keeps_brackets(data: bytes) -> bool:
-    """Whether a bracket looks like one in the encoding that XML begins in and declares; not so in UTF-7 and EBCDIC."""
+    """Whether a bracket is the byte of ASCII in the encoding that the file has; not so in UTF-7 and EBCDIC."""
     if not data.lstrip(_BEFORE).startswith(b"<"):
         return False
     declared = _DECLARATION.search(data[:400].replace(b"\0", b""))

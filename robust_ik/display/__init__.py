@@ -1,4 +1,4 @@
-"""Robots, runs and singularities to look at: MeshCat scenes, live or as files. It only ever reads what it is given."""
+"""Displays robots, runs and singularities as MeshCat scenes, live or in files. It never changes what it is given."""
 
 from robust_ik.display.drawings.configuration import draw_configuration
 from robust_ik.display.drawings.drawn_robot import DrawnRobot, MissingMesh, draw_robot

@@ -2,7 +2,7 @@
 
 ```
 RobustIKError
-├── InputError (ValueError)        an array or a parameter that cannot be meant: shape, NaN, range
+├── InputError (ValueError)        an invalid array or parameter: wrong shape, NaN, out of range
 ├── NotReachedError                a pose that inverse kinematics did not reach
 ├── FrameNotFoundError (LookupError)  no frame, link or joint of that name; lists what exists
 └── LoadError (ValueError)         a robot that cannot be loaded
@@ -12,8 +12,8 @@ RobustIKError
     └── DHError                    a DH table that is broken
 ```
 
-Messages quote what was given and say what is possible. They are one line of letters that can all be seen; one that
-would be longer than `LONGEST_MESSAGE` is cut in the middle.
+Messages quote what was given and say what is possible. A message is one line of visible characters; if it is longer
+than `LONGEST_MESSAGE` it is cut in the middle.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from collections.abc import Iterable, Sequence
 from robust_ik.errors.safe_text import visible
 
 LONGEST_MESSAGE = 2_000
-"""Characters of a message: about a screen. What files hold may be of any length, and is quoted in messages."""
+"""Most characters of a message: about a screen. Messages quote files, whose contents may be of any length."""
 LONGEST_NAME = 120
-"""Characters of a name in a list of names."""
+"""Most characters of a name in a list of names."""
 COMPARED = 1_000
-"""How many names are compared with one that was not found: for the worst of names two seconds."""
+"""Most names that are compared with one that was not found. The worst names then take two seconds."""
 
 
 class RobustIKError(Exception):
@@ -39,7 +39,7 @@ class RobustIKError(Exception):
 
 
 def cut(text: str, most: int = LONGEST_MESSAGE) -> str:
-    """The text; if it is longer than `most`, its beginning and its end."""
+    """The text, or only its beginning and its end if it is longer than `most`."""
     if len(text) <= most:
         return text
     end = most // 4
@@ -47,7 +47,7 @@ def cut(text: str, most: int = LONGEST_MESSAGE) -> str:
 
 
 class InputError(RobustIKError, ValueError):
-    """An array or a parameter that cannot be meant."""
+    """An invalid array or parameter."""
 
 
 class NotReachedError(RobustIKError):
@@ -97,6 +97,6 @@ def suggest(given: str, known: Iterable[str], limit: int = 40) -> str:
 
 
 def listed(names: Sequence[str], limit: int = 40) -> str:
-    """Names with commas between them, cut after `limit` with a count, long ones shortened; "none" if there are none."""
+    """Names joined by commas, at most `limit` and then their number, long ones shortened; "none" if there are none."""
     rest = f", … ({len(names)} in all)" if len(names) > limit else ""
     return ", ".join(cut(visible(cut(name, LONGEST_NAME)), LONGEST_NAME) for name in names[:limit]) + rest or "none"

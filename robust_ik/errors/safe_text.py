@@ -1,7 +1,7 @@
-"""Text from outside (files, names, messages), made safe for where it is shown.
+"""Makes text from outside (files, names, messages) safe for the place where it is shown.
 
-A robot's file may call a joint anything: what would move the cursor of a terminal, turn the direction of writing round,
-be markup, or end a script. Whatever is printed or written goes through one of these.
+A robot's file may call a joint anything. Such a name could move the cursor of a terminal, reverse the direction of
+writing, be markup, or end a script. All text that is printed or written goes through one of these functions.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ LATEX = {
     "\\": r"\ensuremath{\backslash}", "{": r"\{", "}": r"\}", "$": r"\$", "&": r"\&", "#": r"\#", "_": r"\_",
     "%": r"\%", "~": r"\ensuremath{\sim}", "^": r"\ensuremath{\wedge}",
 }  # fmt: skip
-"""What LaTeX would take for a command, as it is written in text and in formulas."""
+"""LaTeX's special characters, each with a replacement that is valid in text and in formulas."""
 
 
 def visible(text: object) -> str:
-    """Text of which every letter is seen and takes its place: all others are written as in Python's literals.
+    """The text with every invisible character written as an escape, as in Python's literals.
 
-    Those are control letters, ends of lines, letters without width or that turn the direction of writing round, and
-    halves of letters.
+    Escaped are control characters, ends of lines, characters without width or that change the direction of writing, and
+    lone surrogates.
     """
     string = str(text)
     return string if string.isprintable() else "".join(map(_seen, string))
@@ -41,42 +41,42 @@ def visible_lines(text: object) -> str:
 
 
 def plain(text: object) -> Text:
-    """For rich, as it stands: no markup, no emoji."""
-    from rich.text import Text  # a hundredth of a second: only where something is shown
+    """The text for rich, exactly as it is: no markup, no emoji."""
+    from rich.text import Text  # takes 10 ms: imported only where something is shown
 
     return Text(visible_lines(text))
 
 
 def in_markup(text: object) -> str:
-    """To stand inside rich's markup."""
+    """The text, escaped for use inside rich's markup."""
     from rich.markup import escape
 
     return escape(visible(text))
 
 
 def in_html(text: object) -> str:
-    """To stand in HTML or SVG, in an element or a quoted attribute."""
+    """The text, escaped for HTML or SVG, in an element or a quoted attribute."""
     return html.escape(visible_lines(text))
 
 
 def in_markdown(text: object) -> str:
-    """To stand in Markdown, also in a table's cell: no HTML, links, code or emphasis come of it."""
+    """The text, escaped for Markdown, also in a table's cell: it makes no HTML, links, code or emphasis."""
     escaped = re.sub(r"([\\`*\[\]|~$])", r"\\\1", visible(text))
     escaped = re.sub(r"(?<![A-Za-z0-9])_|_(?![A-Za-z0-9])", r"\\_", escaped)
     return escaped.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
 
 
 def in_latex(text: object, others: Mapping[str, str] | None = None) -> str:
-    """To stand in LaTeX, in text or in a formula.
+    """The text, escaped for LaTeX, in text or in a formula.
 
     Args:
-        text: Any.
-        others: What further letters are written as.
+        text: Any object.
+        others: Replacements of further characters.
     """
     written = {**LATEX, **(others or {})}
     return "".join(written.get(letter, letter) for letter in visible(text))
 
 
 def in_figure(text: object) -> str:
-    """To stand in a figure of Matplotlib, which would read formulas between dollars."""
+    """The text, escaped for a figure of Matplotlib, which reads formulas between dollar signs."""
     return visible(text).replace("$", r"\$")

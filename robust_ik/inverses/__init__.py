@@ -1,4 +1,4 @@
-"""Robust inverses, one file each. See `base` for what they share and how to add one."""
+"""Robust inverses, one in each file; `base` has what they share, CONTRIBUTING.md how to add one."""
 
 from robust_ik.inverses.ablations import Ablation, jacobian_projection, jacobian_safety, jacobian_safety_projection
 from robust_ik.inverses.base import Card, Jump, RobustInverse, SingularValueFilter

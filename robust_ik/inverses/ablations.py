@@ -1,8 +1,8 @@
-"""J-PARSE with parts left out: each ablation is a filter *and* the null-space projector that it comes with.
+"""Ablations of J-PARSE: J-PARSE without some of its parts, each as a filter *and* its null-space projector.
 
 The projector is what tells them apart. JacobianProjection, eq. (57), and JacobianSafetyProjection, eq. (59), are the
-same filter: raising the small singular values and then dropping their directions leaves nothing of the raising. The
-paper sees different motions because it pairs (57) with I − J_p⁺J_p, which lets a secondary motion turn the joints
+same filter: if the small singular values are raised and then their directions dropped, nothing is left of the raising.
+The paper sees different motions because it pairs (57) with I − J_p⁺J_p, which lets a secondary motion turn the joints
 along the singular directions, and (59) with I − J_s⁺J_s = I − V Vᵀ, which does not.
 
 ```python
@@ -40,10 +40,10 @@ class Ablation(NamedTuple):
 
 
 def jacobian_projection(gamma: float = 0.1) -> Ablation:
-    """J_p⁺ ẋ: singular directions are dropped, and left to the secondary motion.
+    """J_p⁺ ẋ: singular directions are dropped; the secondary motion may use them.
 
-    Watch for: the rank of the projector grows as σ falls below γσ₁, so a secondary motion sets in with a jump along
-    the joint direction that the singularity frees, and moves the task by up to γσ₁ of it.
+    Watch for: the rank of the projector grows as σ falls below γσ₁, so a secondary motion begins with a jump along
+    the joint direction that the singularity frees, and moves the task by up to γσ₁ times itself.
 
     Args:
         gamma: Threshold γ in (0, 1), relative to σ₁.
@@ -77,7 +77,7 @@ def jacobian_safety_projection(gamma: float = 0.1) -> Ablation:
 
 
 def kept_null_projector(J: ArrayLike, gamma: float) -> Array:
-    """I − J_p⁺ J_p: what moves none of the task directions with σ > γσ₁, (..., n, n).
+    """I − J_p⁺ J_p, (..., n, n): projects onto joint motions that leave all task directions with σ > γσ₁ at rest.
 
     Args:
         J: Jacobian, (..., m, n).

@@ -1,4 +1,4 @@
-"""What every robust inverse is and what it promises.
+"""The interface of robust inverses, and the promises that each one states.
 
 To add one, see CONTRIBUTING.md: its file here, its name in `inverses/__init__.py` and `__init__.pyi`, its rows in the
 contract tables `CASES` of `tests/cases_filters.py` or `OTHER_CASES` of `tests/cases_others.py`.
@@ -25,13 +25,13 @@ from robust_ik.kinematics.svd import SMALLEST_SIGMA, svd
 
 @dataclass(frozen=True)
 class Card:
-    """What an inverse promises, in words and symbols, for tables. Its tests check the numbers behind it.
+    """The promises of an inverse, in words and symbols, for tables; tests check the numbers behind them.
 
     Attributes:
         formula: φ(σ), or what is solved.
         largest_gain: Least upper bound of ‖q̇‖/‖ẋ‖.
-        gain_at_zero: φ(0⁺), or what happens along a direction that is almost lost; φ(0) itself is 0 for every filter,
-            and `formula` says so where it would read otherwise.
+        gain_at_zero: φ(0⁺), or what happens along a direction that is almost lost. φ(0) itself is 0 for every filter;
+            `formula` says so where it would read otherwise.
         exact: Where J q̇ = ẋ.
         continuity: "continuous", or where it jumps.
     """
@@ -44,7 +44,7 @@ class Card:
 
 
 def _asked_about(function: Callable[..., Any]) -> Callable[..., Any]:
-    """What an inverse says of a σ₁, which must be a number."""
+    """The method, with a check that its argument σ₁ is a number ≥ 0."""
 
     @functools.wraps(function)
     def says(inverse: RobustInverse, sigma_max: float, *others: Any, **named: Any) -> Any:
@@ -57,7 +57,7 @@ def _asked_about(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def _of_spectrum(function: Callable[..., Any]) -> Callable[..., Any]:
-    """What a filter makes of singular values, which must be numbers; those of `svd` are without a further look."""
+    """The method, with a check of its singular values; `.unchecked` skips it for those that come from `svd`."""
 
     @functools.wraps(function)
     def makes(inverse: RobustInverse, s: ArrayLike) -> Any:
@@ -78,15 +78,15 @@ CHECKED = {
     "largest_gain": _asked_about, "gain_at_zero": _asked_about, "jumps": _asked_about,
     "gains": _of_spectrum, "is_exact": _of_spectrum,
 }  # fmt: skip
-"""Methods that every inverse writes for itself, and what checks their argument in all of them."""
+"""Methods that each inverse defines itself, and the check that is put around them."""
 
 
 class RobustInverse(abc.ABC):
-    """A way from a wanted task velocity to joint velocities that stays sane near singularities.
+    """Computes joint velocities for a wanted task velocity, which stay moderate near singularities.
 
     Attributes:
         source: Author, year and equation numbers.
-        card: What it promises, for tables.
+        card: Its promises, for tables.
     """
 
     source: ClassVar[str]
@@ -128,10 +128,10 @@ class RobustInverse(abc.ABC):
         return math.inf
 
     def velocity(self, equation: TaskEquation) -> Array:
-        """Joint velocities for a task: what a controller calls.
+        """Joint velocities for a task; controllers call this method.
 
-        An inverse that looks at more than J and ẋ, such as the task error or the Hessian, overrides it; then `solve`
-        says what it assumes in their place.
+        An inverse that needs more than J and ẋ, the task error or the Hessian for example, overrides it; its `solve`
+        then says what it assumes instead.
 
         Args:
             equation: J q̇ = ẋ, with the task error and, where `needs_hessian`, the Hessian.
@@ -142,22 +142,22 @@ class RobustInverse(abc.ABC):
         return self.solve(equation.J, equation.xdot)
 
     def begin(self, dt: float) -> RobustInverse:  # noqa: ARG002
-        """What drives one run of control steps dt seconds apart: itself, or for an inverse with a memory a new one.
+        """The inverse for one run of control steps dt seconds apart: itself, or a new object if it needs a memory.
 
-        The memory is in what this returns, never in the inverse, which stays a value.
+        The returned object has the memory; the inverse itself stays immutable.
         """
         return self
 
 
 @dataclass(frozen=True)
 class Jump:
-    """A place where the gain along one direction is discontinuous, while its singular value alone changes.
+    """A discontinuity of the gain along one direction, as its singular value alone changes.
 
     Where a singular value vanishes and comes back, its pair (u, v) comes back as (u, −v): the signed gain passes from
     −φ(0⁺) to φ(0⁺). So φ(0⁺) ≠ 0 is a jump at σ = 0, and a filter is continuous there only with φ(0⁺) = 0.
 
     Attributes:
-        sigma: Where.
+        sigma: The σ where it is.
         height: |φ(σ⁺) − φ(σ⁻)|, and 2|φ(0⁺)| at σ = 0; possibly infinite.
     """
 
@@ -166,23 +166,23 @@ class Jump:
 
 
 LARGE_SIGMA = 1e100
-"""A σ₁ above every absolute threshold: what `continuous` asks with."""
+"""A σ₁ above every absolute threshold, for `continuous`."""
 
 
 class SingularValueFilter(RobustInverse):
     """An inverse that only rewrites singular values: J# = V diag(φ) Uᵀ.
 
-    Mostly φᵢ = φ(σᵢ), but φᵢ may depend on the whole spectrum, such as on the smallest singular value or on the product
-    of all. A singular value that is exactly zero gets φ = 0: the sign of its (u, v) is arbitrary, and so would be the
-    motion. So a zero Jacobian gives zero velocity.
+    Mostly φᵢ = φ(σᵢ), but φᵢ may depend on the whole spectrum, for example on the smallest singular value or on the
+    product of all. A singular value that is exactly zero gets φ = 0, since the sign of its (u, v) is arbitrary, and
+    with it the motion. So a zero Jacobian gives zero velocity.
     """
 
     @abc.abstractmethod
     def gains(self, s: ArrayLike) -> Array:
-        """φ for a whole spectrum: singular values (..., k) in descending order, k ≥ 1, the first one being σ₁."""
+        """φ for a whole spectrum: singular values (..., k) in descending order, k ≥ 1, beginning with σ₁."""
 
     def gains_of(self, s: Array) -> Array:
-        """`gains` of what `svd` found, without a further look at it: for control loops."""
+        """`gains` of singular values that come from `svd`, without a check: for control loops."""
         gains = type(self).gains
         found: Array = getattr(gains, "unchecked", gains)(self, s)
         return found
@@ -193,17 +193,17 @@ class SingularValueFilter(RobustInverse):
 
     @abc.abstractmethod
     def is_exact(self, s: ArrayLike) -> np.ndarray:
-        """Where σφ = 1, so that the task is met along that direction, for a whole spectrum; (..., k) of bool."""
+        """Which directions have σφ = 1, so that the task is met along them, for a whole spectrum; (..., k) of bool."""
 
     def gain_at_zero(self, sigma_max: float) -> float:  # noqa: ARG002
-        """φ(0⁺): the speed per task speed commanded along one direction that is almost lost, the others being σ₁.
+        """φ(0⁺): joint speed per task speed along one direction that is almost lost, all other σ being σ₁.
 
         At σ = 0 itself every filter gives 0.
         """
         return 0.0
 
     def jumps(self, sigma_max: float) -> tuple[Jump, ...]:
-        """Every discontinuity while one singular value runs over [0, sigma_max], the others staying at sigma_max."""
+        """Every discontinuity while one singular value varies over [0, sigma_max] and the others stay at sigma_max."""
         height = 2 * abs(self.gain_at_zero(sigma_max))
         return (Jump(0.0, height),) if height else ()
 

@@ -1,4 +1,4 @@
-"""What common controllers do near singularities, to compare with: they slow down or stop. Not for use."""
+"""Common controllers near singularities, for comparison: they slow down or stop. Not for use."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from robust_ik.kinematics.svd import svd
 class SlowDown(RobustInverse):
     """s J⁺ ẋ, with s falling from 1 to 0 as the condition number σ₁/σ_k rises from `lower` to `stop`.
 
-    On the way towards the singularity only: where the motion lets σ_k grow, s is 1 up to `stop`, and beyond it too.
-    `solve` cannot tell, and slows down. This is what MoveIt Servo does, which looks at σ_k alone.
+    It slows down only on the way towards the singularity: if the motion lets σ_k grow, s is 1, even beyond `stop`.
+    `solve` cannot tell the two apart, and always slows down. MoveIt Servo does the same, judging by σ_k alone.
 
-    Watch for: at and beyond `stop` nothing moves until another motion is asked for, however large the part of it that
-    the singularity has nothing to do with.
+    Watch for: at and beyond `stop` nothing moves until another motion is asked for, even if a large part of the motion
+    has nothing to do with the singularity.
 
     Attributes:
-        lower: Condition number from which on it is slower.
-        stop: From which on it stands.
+        lower: Condition number above which it slows down.
+        stop: Condition number at which it stops.
 
     Source: MoveIt Servo, velocity scaling for singularities (parameters lower_singularity_threshold and
     hard_stop_singularity_threshold, defaults 17 and 30).
@@ -54,7 +54,7 @@ class SlowDown(RobustInverse):
 
     @property
     def needs_hessian(self) -> bool:
-        """To tell whether a motion leads towards the singularity."""
+        """Yes: it shows whether a motion leads towards the singularity."""
         return True
 
     @property
@@ -63,12 +63,12 @@ class SlowDown(RobustInverse):
         return True
 
     def solve(self, J: ArrayLike, xdot: ArrayLike) -> Array:
-        """S J⁺ ẋ, as if every motion led towards the singularity; see `RobustInverse.solve`."""
+        """Joint velocities s J⁺ ẋ, as if every motion led towards the singularity; see `RobustInverse.solve`."""
         s = svd(J).s
         return np.asarray(self.share(s)[..., None] * MoorePenrose().solve(J, xdot))
 
     def velocity(self, equation: TaskEquation) -> Array:
-        """S J⁺ ẋ, s = 1 where σ_k grows along it."""
+        """Joint velocities s J⁺ ẋ, with s = 1 if σ_k grows along it."""
         qdot = MoorePenrose().solve(equation.J, equation.xdot)
         found = svd(equation.J)
         share = float(self.share(found.s))
@@ -79,7 +79,7 @@ class SlowDown(RobustInverse):
         return np.asarray(share * qdot)
 
     def share(self, s: ArrayLike) -> Array:
-        """How much of the speed is left, by singular values (..., k), descending."""
+        """The factor s on the speed, from singular values (..., k), descending."""
         s = as_array(s, "s", (None,))
         with np.errstate(divide="ignore", invalid="ignore"):
             condition = np.where(s[..., -1] > 0, s[..., 0] / s[..., -1], math.inf)
@@ -89,7 +89,7 @@ class SlowDown(RobustInverse):
 
 @dataclass(frozen=True)
 class StopAtSingularity(RobustInverse):
-    """J⁺ ẋ, or nothing at all once σ₁/σ_k reaches `stop`: the built-in guard of many robots.
+    """J⁺ ẋ, or zero once σ₁/σ_k reaches `stop`: the built-in guard of many robots.
 
     Watch for: it never moves again by itself.
 
@@ -129,4 +129,4 @@ class StopAtSingularity(RobustInverse):
 
 
 BASELINES: tuple[type[RobustInverse], ...] = (SlowDown, StopAtSingularity)
-"""What is compared with, and not offered."""
+"""Inverses for comparison only; not in `CLASSES`."""

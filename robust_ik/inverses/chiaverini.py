@@ -1,4 +1,4 @@
-"""Chiaverini: damped least squares whose damping sets in as the smallest singular value falls below a threshold."""
+"""Chiaverini's damped least squares: damping begins when the smallest singular value falls below a threshold."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Chiaverini(GainFormula):
     damped region and exceeds 1/ε; with λ_max ≥ ε/√2 it is 1/ε, at σ = ε.
 
     Attributes:
-        threshold: ε > 0, the σ_k from which nothing is damped, in the units of σ.
+        threshold: ε > 0, the σ_k above which nothing is damped, in the units of σ.
         damping: λ_max > 0, the damping at σ_k = 0, in the units of σ.
 
     Source: Chiaverini, Egeland and Kanestrøm 1991; Kim, Marani, Chung and Yuh, eq. (32).
@@ -57,11 +57,11 @@ class Chiaverini(GainFormula):
         return (self.threshold, self.damping)
 
     def largest_gain(self, sigma_max: float) -> float:
-        """The peak of σ/(σ² + λ²(σ)): no larger σ_k belongs to σ, so none damps it less."""
+        """The peak of σ/(σ² + λ²(σ)): for a given σ the damping is least if σ_k = σ."""
         return largest_fading_gain(sigma_max, self.threshold, self.damping)
 
     def is_exact(self, s: ArrayLike) -> np.ndarray:
-        """Everywhere at once: where σ_k ≥ ε."""
+        """All directions if σ_k ≥ ε, else none."""
         s = np.asarray(s, dtype=float)
         return np.array(np.broadcast_to(s[..., -1:] >= self.threshold, s.shape))
 

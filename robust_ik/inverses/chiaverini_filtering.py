@@ -1,4 +1,4 @@
-"""Numerical filtering: only the direction that is almost lost is damped."""
+"""Numerical filtering: damps only the directions that are almost lost."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ from robust_ik.kernels.compiler.where import where
 
 @dataclass(frozen=True)
 class ChiaveriniFiltering(GainFormula):
-    """φᵢ = σᵢ/(σᵢ² + β² + λ²(σᵢ)), λ² = (1 − (σ/ε)²) λ_max² below ε: along every σᵢ < ε, or the last one only.
+    """φᵢ = σᵢ/(σᵢ² + β² + λ²(σᵢ)), λ² = (1 − (σ/ε)²) λ_max² below ε: for every σᵢ < ε, or for the last one only.
 
     `multi=True`, the default, damps each singular value by itself: continuous, bounded, exact above ε. The printed
     form, `multi=False, floor=0`, damps the last direction only: Jᵀ (J Jᵀ + λ² u_k u_kᵀ)⁻¹.
 
-    Watch for: with `multi=False` the damping hops from one direction to the other where the two smallest singular
+    Watch for: with `multi=False` the damping jumps from one direction to another where the two smallest singular
     values cross below ε, and joint speeds jump (by 13.1 s⁻¹ per unit at σ = 0.04 with the defaults and no floor);
-    the second smallest is undamped, so without a floor speeds are unbounded where two directions vanish together.
+    the second smallest is undamped, so without a floor speeds are unbounded where two directions are lost together.
 
     Attributes:
-        threshold: ε > 0, the σ from which λ is 0, in the units of σ.
+        threshold: ε > 0, the σ above which λ is 0, in the units of σ.
         damping: λ_max > 0, in the units of σ.
         floor: β ≥ 0, a small damping in all directions, always; it bounds speeds by 1/(2β) and costs exactness.
-            Unless given: 0 with `multi`, which needs none, else 0.005.
+            Default: 0 with `multi`, which needs none, else 0.005.
         multi: Whether every σᵢ < ε is damped by its own λ(σᵢ), rather than the last one only.
 
     Source: Maciejewski and Klein 1988; Chiaverini 1997, eq. (20); Kim, Marani, Chung and Yuh, eq. (31) and (32).
@@ -75,7 +75,7 @@ class ChiaveriniFiltering(GainFormula):
     def formula(
         s: Quantity, largest: Quantity, smallest: Quantity, product: Quantity, place: Quantity, p: Any
     ) -> Quantity:
-        """σ/(σ² + β² + λ²), λ being that of σ itself, or for `multi=False` 0 but for the last one."""
+        """σ/(σ² + β² + λ²), where λ depends on σ itself; for `multi=False` λ = 0 except for the last one."""
         own = where((p[3] > 0) | (place == 0), fading(s, p[0], p[1]), 0.0)
         return damped(s, own + p[2] ** 2)
 
@@ -85,7 +85,7 @@ class ChiaveriniFiltering(GainFormula):
         return (self.threshold, self.damping, self._beta, float(self.multi))
 
     def largest_gain(self, sigma_max: float) -> float:
-        """As for `Chiaverini` with β² added; without `multi` 1/(2β), infinite for β = 0: two may vanish together."""
+        """As for `Chiaverini` with β² added; without `multi` 1/(2β), infinite for β = 0: two may be lost together."""
         if self.multi:
             return largest_fading_gain(sigma_max, self.threshold, self.damping, self._beta)
         if sigma_max < self._beta or sigma_max <= 0:
@@ -93,16 +93,16 @@ class ChiaveriniFiltering(GainFormula):
         return 1 / (2 * self._beta) if self._beta > 0 else math.inf
 
     def is_exact(self, s: ArrayLike) -> np.ndarray:
-        """Where nothing is added to σ²; nowhere with a floor."""
+        """Directions where nothing is added to σ²; none with a floor."""
         s = np.asarray(s, dtype=float)
         return np.asarray((self._squared_damping(s) == 0) & (s > 0))
 
     def jumps(self, sigma_max: float, others: Sequence[float] = ()) -> tuple[Jump, ...]:
-        """None with `multi`; else one where the singular value that runs becomes the last, if that is below ε.
+        """None with `multi`; else one where the varying singular value becomes the last one, if that is below ε.
 
         Args:
-            sigma_max: σ₁, which stays.
-            others: Further singular values that stay, at most σ₁; without them the running one is always the last.
+            sigma_max: σ₁, which is fixed.
+            others: Further fixed singular values, at most σ₁; without them the varying one is always the last.
         """
         crossing = min([*as_array(others, "others", (None,)).ravel().tolist(), sigma_max])
         if self.multi or crossing >= min(self.threshold, sigma_max):
@@ -112,5 +112,5 @@ class ChiaveriniFiltering(GainFormula):
 
     @property
     def continuous(self) -> bool:
-        """With `multi`."""
+        """Whether `multi` is set."""
         return self.multi

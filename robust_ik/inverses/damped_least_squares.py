@@ -19,7 +19,8 @@ from robust_ik.inverses.gain_formula import GainFormula
 class DampedLeastSquares(GainFormula):
     """φ(σ) = σ/(σ² + λ²): minimises ‖J q̇ − ẋ‖² + λ² ‖q̇‖².
 
-    Watch for: nowhere exact; the task is followed with the fraction σ²/(σ² + λ²), also far from singularities.
+    Watch for: nowhere exact; along each direction the fraction σ²/(σ² + λ²) of ẋ is followed, even far from
+    singularities.
 
     Attributes:
         damping: λ > 0, in the units of σ.
@@ -62,7 +63,7 @@ class DampedLeastSquares(GainFormula):
 
     @property
     def _root(self) -> float:
-        """The λ of λ²."""
+        """λ, from the squared damping."""
         return self.damping if self.squared else math.sqrt(self.damping)
 
     def largest_gain(self, sigma_max: float) -> float:
@@ -70,5 +71,5 @@ class DampedLeastSquares(GainFormula):
         return 1 / (2 * self._root) if sigma_max >= self._root else float(self.gains(sigma_max))
 
     def is_exact(self, s: ArrayLike) -> np.ndarray:
-        """Nowhere."""
+        """No direction."""
         return np.zeros(np.shape(s), dtype=bool)

@@ -1,4 +1,4 @@
-"""Gains and dampings that several filters share, for arrays and for numbers in compiled code; and gains applied."""
+"""Gains and dampings that several filters share, for arrays and for compiled code; and `apply_gains`."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from robust_ik.kernels.compiler.where import where
 from robust_ik.kinematics.svd import ThinSVD
 
 Quantity = Any
-"""An array, or in compiled code a number."""
+"""An array, or a number in compiled code."""
 
 
 def kept_or_zero(kept: Quantity, s: Quantity) -> Quantity:
-    """1/σ where it is kept, else 0."""
+    """1/σ if it is kept, else 0."""
     return where(kept, 1.0 / where(kept, s, 1.0), 0.0)
 
 
@@ -57,7 +57,7 @@ def fading_damping(s: ArrayLike, threshold: float, damping: float) -> Array:
 
 
 def check_level(name: str, absolute: float | None, gamma: float | None) -> None:
-    """Refuses a level of σ that is given both as such and as the fraction γ of σ₁, or that is out of range.
+    """Raises unless a level of σ is given either as such or as the fraction γ of σ₁, and is in range.
 
     Args:
         name: What the absolute level is called.
@@ -76,7 +76,7 @@ def check_level(name: str, absolute: float | None, gamma: float | None) -> None:
 
 
 def falling_zero(function: Callable[[float], float], low: float, high: float) -> float:
-    """Where a falling function, > 0 at low and < 0 at high, passes through zero: by bisection, to rounding."""
+    """The zero of a falling function, > 0 at low and < 0 at high: by bisection, to rounding."""
     middle = (low + high) / 2
     while low < middle < high:
         low, high = (middle, high) if function(middle) > 0 else (low, middle)
@@ -91,7 +91,7 @@ def apply_gains(decomposition: ThinSVD, gains: Array, xdot: ArrayLike) -> Array:
 
 
 def applied(decomposition: ThinSVD, gains: Array, xdot: Array) -> Array:
-    """`apply_gains` of numbers that are checked, or of our own."""
+    """`apply_gains` without checks of ẋ."""
     check_leading_axes("J", decomposition.s.shape[:-1], "xdot", xdot.shape[:-1])
     components = np.einsum("...mk,...m->...k", decomposition.U, xdot)
     return np.asarray(np.einsum("...kn,...k->...n", decomposition.Vt, gains * components))

@@ -1,4 +1,4 @@
-"""Duleba's additive damping: J Jᵀ is made regular by adding a diagonal matrix, scaled to its rows or not."""
+"""Duleba's additive damping: J Jᵀ is made regular by adding a diagonal matrix, which may be scaled to its rows."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ class DulebaAdditive(RobustInverse):
     * "scaled", eq. (12): fᵢ = ‖Jᵢ‖². The unit of a row does not matter: P(SJ) S = P(J) for diagonal S > 0.
     * "floored", eq. (13): fᵢ = max(‖Jᵢ‖², ε).
 
-    It is the filter σ/(σ² + λ) of D⁻¹J, times D⁻¹, with D = diag(√f). A row of zeros asks for what cannot be given
-    and is left out.
+    It is the filter σ/(σ² + λ) of D⁻¹J, times D⁻¹, with D = diag(√f). A row of zeros, along which nothing can move,
+    is left out.
 
     Watch for: λ is *added as it is*: it is the square of what other inverses call damping. "scaled" has no largest
     gain: a row that almost vanishes gets a gain of up to 1/(2√λ ‖Jᵢ‖).
@@ -87,5 +87,5 @@ class DulebaAdditive(RobustInverse):
         if self.variant == "scaled":
             return math.inf if sigma_max > 0 else 0.0
         added = self.squared_damping * (self.floor if self.variant == "floored" else 1.0)
-        # ‖Jᵀ (J Jᵀ + A)⁻¹‖ with A ≥ added · I; without further knowledge of A it is also at most σ₁/added.
+        # ‖Jᵀ (J Jᵀ + A)⁻¹‖ with A ≥ added · I; if no more is known of A it is also at most σ₁/added.
         return min(1 / (2 * math.sqrt(added)), sigma_max / added)

@@ -22,14 +22,14 @@ class DulebaClamp(GainFormula):
 
     With `gamma` this is J-PARSE's ablation JacobianSafety: see `ablations`.
 
-    Watch for: φ(0⁺) = 1/d_min, not 0. A command along a direction that is lost turns the joints at ‖ẋ‖/d_min with the
+    Watch for: φ(0⁺) = 1/d_min, not 0. A command along a lost direction turns the joints at ‖ẋ‖/d_min with the
     arbitrary sign of (u, v), which flips as the arm crosses the singularity: it chatters there. The experiment of the
     source acts on σ < 10⁻³ and raises it to 10⁻²: with `detect` < `floor` the speed also jumps from 1/detect to
     1/floor.
 
     Attributes:
-        floor: d_min > 0 in the units of σ; 0.01 where no `gamma` is given.
-        detect: Only σ < detect ≤ floor is raised; the floor itself unless given.
+        floor: d_min > 0 in the units of σ; default 0.01 without `gamma`.
+        detect: Only σ < detect ≤ floor is raised; default the floor itself.
         gamma: Instead of both: d_min as the fraction γ in (0, 1) of σ₁.
 
     Source: Duleba 2023, eq. (22), bound (41); J-PARSE 2025, eq. (20) and (58).
@@ -61,7 +61,7 @@ class DulebaClamp(GainFormula):
             raise InputError(f"detect must be ≤ floor, got detect={self.detect!r} and floor={self.floor!r}")
 
     def levels(self, sigma_max: ArrayLike) -> tuple[Array, Array]:
-        """Below which σ is raised, and to what, for σ₁ = sigma_max, in its shape."""
+        """The σ below which σ is raised, and the value to which it is raised, for σ₁ = sigma_max, in its shape."""
         sigma_max = np.asarray(sigma_max, dtype=float)
         if self.gamma is not None:
             return self.gamma * sigma_max, self.gamma * sigma_max
@@ -69,7 +69,7 @@ class DulebaClamp(GainFormula):
 
     @property
     def relative(self) -> bool:
-        """With `gamma`."""
+        """Whether `gamma` is given."""
         return self.gamma is not None
 
     @staticmethod
@@ -82,7 +82,7 @@ class DulebaClamp(GainFormula):
 
     @property
     def parameters(self) -> tuple[float, ...]:
-        """Detect and d_min, or d_min as a fraction of σ₁."""
+        """`detect` and d_min, in the units of σ or as fractions of σ₁."""
         return (self.detect or 0.0, self.floor or 0.0, self.gamma or 0.0)
 
     def largest_gain(self, sigma_max: float) -> float:
@@ -93,7 +93,7 @@ class DulebaClamp(GainFormula):
         return float(1 / detect if sigma_max >= detect else 1 / floor)
 
     def is_exact(self, s: ArrayLike) -> np.ndarray:
-        """Wherever σ is not raised."""
+        """Directions where σ is not raised."""
         s = np.asarray(s, dtype=float)
         return np.asarray((s >= self.levels(s[..., :1])[0]) & (s > 0))
 

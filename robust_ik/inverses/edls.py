@@ -1,4 +1,4 @@
-"""Exponentially damped least squares: the share of the command that is followed fades exponentially."""
+"""Exponentially damped least squares: the fraction of the command that is followed decays exponentially."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ from robust_ik.kinematics.svd import svd
 class EDLS(GainFormula):
     """φ(σ) = d(σ)/σ with d = max(0, 1 − β^((σ − s₋)/(s₊ − s₋))).
 
-    The share d of the command is 0 up to s₋, 1 − β at s₊, and tends to 1 above.
+    The fraction d of the command is 0 up to s₋, 1 − β at s₊, and tends to 1 above.
 
     Watch for: with s₋ = 0, φ(0⁺) = −ln β/s₊ (13.04 for the defaults), so the arm chatters at a target out of reach;
-    with s₋ > 0 it comes to rest where σ = s₋, off the singularity, and cannot be told to leave along that direction.
+    with s₋ > 0 it comes to rest where σ = s₋, off the singularity, and no command along that direction moves it away.
     Printed without the max, d is negative below s₋: the motion is reversed, and grows as 1/σ.
 
     Attributes:
-        beta: β in (0, 1): the share that is missing at s₊.
+        beta: β in (0, 1): the fraction that is missing at s₊.
         lower: s₋ ≥ 0, in the units of σ.
         upper: s₊ > s₋, in the units of σ.
         raw: Leaves out the max.
@@ -68,7 +68,7 @@ class EDLS(GainFormula):
 
     @property
     def needs_hessian(self) -> bool:
-        """Where `asymmetric`."""
+        """Whether `asymmetric` is set."""
         return self.asymmetric
 
     @property
@@ -100,7 +100,7 @@ class EDLS(GainFormula):
         s, Vt = decomposition.s, decomposition.Vt
         xdot = as_measures(equation.xdot, "xdot", (decomposition.U.shape[-2],))
         components = np.einsum("...mk,...m->...k", decomposition.U, xdot)
-        # Flipping (u, v) leaves the sign as it is, so it does not matter whose SVD this is.
+        # If (u, v) is replaced by (−u, −v) the sign stays, so any SVD will do.
         slopes = np.einsum("...kn,...kn->...k", singular_value_gradients(equation.J, equation.hessian), Vt)
         leaving = (s > 0) / np.maximum(s, self.floor)
         gains = np.where(slopes * components < 0, self.gains_of(s), leaving)
@@ -127,7 +127,7 @@ class EDLS(GainFormula):
         return falling_zero(lambda y: level - y + math.log1p(y), 0.0, level + math.sqrt(2 * level)) / self._rate
 
     def is_exact(self, s: ArrayLike) -> np.ndarray:
-        """Nowhere."""
+        """No direction."""
         return np.zeros(np.shape(s), dtype=bool)
 
     def gain_at_zero(self, sigma_max: float) -> float:
@@ -140,5 +140,5 @@ class EDLS(GainFormula):
 
     @property
     def continuous(self) -> bool:
-        """With s₋ > 0, unless raw or asymmetric."""
+        """Whether s₋ > 0, and neither `raw` nor `asymmetric` is set."""
         return super().continuous and not self.asymmetric

@@ -1,4 +1,4 @@
-"""Damping that vanishes with the task error: Newton's fast convergence near the goal, calm far from it."""
+"""Damping that vanishes with the task error: Newton's fast convergence near the goal, slow motion far from it."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ def half_square(error: Array) -> Array:
 class ErrorDamped(RobustInverse):
     """J^T (J Jᵀ + λ²(e) I)⁻¹ ẋ, where λ² depends on E = ½‖e‖².
 
-    `velocity` reads the error of the equation. `solve` takes ẋ for the error: one step of a position-level solver.
-    Weights in E come from `Weighted`, which weighs the error like the rows.
+    `velocity` reads the error of the equation. `solve` takes ẋ for the error, as one step of a position-level solver.
+    For weights in E use `Weighted`, which weighs the error like the rows.
     """
 
     @abc.abstractmethod
@@ -49,7 +49,7 @@ class ErrorDamped(RobustInverse):
         check_leading_axes("J", decomposition.s.shape[:-1], "xdot", xdot.shape[:-1])
         check_leading_axes("J", decomposition.s.shape[:-1], "error", error.shape[:-1])
         s, squared = decomposition.s, self.squared_damping(error)[..., None]
-        # Without an error nothing is damped; then rounding must not pass for a singular value.
+        # Without an error there is no damping; then rounding must not count as a singular value.
         kept = np.hypot(s, np.sqrt(squared)) > RANK_TOLERANCE * s[..., :1]
         return applied(decomposition, damped_gain(kept * s, squared), xdot)
 

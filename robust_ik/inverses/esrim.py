@@ -22,7 +22,7 @@ AlphaMode = Literal["scalar", "singular"]
 
 @dataclass(frozen=True)
 class ESRIM(GainFormula):
-    """φ(σ) = ασ/(α²σ² + β²(σ)): minimises ‖ẋ − αJ q̇‖² + ‖B q̇‖² with B of singular values β(σ), 0 from σ₀ on.
+    """φ(σ) = ασ/(α²σ² + β²(σ)): minimises ‖ẋ − αJ q̇‖² + ‖B q̇‖² where B has the singular values β(σ), 0 above σ₀.
 
     The rules for β, with x = σ/σ₀ < 1, and the largest gain that they give for α = 1:
 
@@ -31,9 +31,9 @@ class ESRIM(GainFormula):
     * "chiaverini": β² = λ² (1 − x²).
 
     Watch for: the formulas of the source are lost; these are reconstructed from its text. With `alpha_mode="scalar"`
-    and α₀ ≠ 1 nothing is exact: each step makes 1/α₀ of the way, healthy directions included. "singular" blends
+    and α₀ ≠ 1 nothing is exact: each step goes 1/α₀ of the way, in regular directions too. "singular" blends
     α = 1 + (α₀ − 1)(1 − x²), since a hard switch at σ₀ would jump from 1/σ₀ to 1/(α₀σ₀). σ₀ = 1.3 of the source is
-    meant in mm; in metres it would damp every direction.
+    in mm; in metres it would damp every direction.
 
     Attributes:
         sigma0: σ₀ > 0, "the smallest singular value allowed", in the units of σ.
@@ -74,12 +74,12 @@ class ESRIM(GainFormula):
 
     @property
     def _factor(self) -> tuple[float, float]:
-        """Of `factor`: α = α₀ everywhere, or 1 at σ₀ and α₀ at 0."""
+        """Arguments of `factor`: for α = α₀ everywhere, or for α = 1 at σ₀ and α₀ at 0."""
         return (self.alpha0, 0.0) if self.alpha_mode == "scalar" else (1.0, self.alpha0 - 1)
 
     @property
     def _damping(self) -> tuple[float, float]:
-        """Of `relative_damping`."""
+        """Arguments of `relative_damping`."""
         if self.damping is not None:
             return 0.0, (self.damping / self.sigma0) ** 2
         return (1.0, 0.0) if self.beta_rule == "linear" else (0.0, 1.0)
@@ -94,11 +94,11 @@ class ESRIM(GainFormula):
 
     @property
     def parameters(self) -> tuple[float, ...]:
-        """σ₀, then what `factor` and `relative_damping` need."""
+        """σ₀, then the arguments of `factor` and of `relative_damping`."""
         return (self.sigma0, *self._factor, *self._damping)
 
     def largest_gain(self, sigma_max: float) -> float:
-        """φ at its largest peak: inside (0, σ₀), at σ₀, or at σ₁ below those."""
+        """φ at its largest peak: inside (0, σ₀), at σ₀, or at σ₁ if that is smaller."""
         candidates = np.array([*self._peaks(), self.sigma0, sigma_max])
         return float(self.gains(candidates[candidates <= sigma_max]).max())
 
@@ -108,21 +108,21 @@ class ESRIM(GainFormula):
         above = factor(x, *self._factor) * x
         below = above**2 + relative_damping(x, *self._damping)
         roots = np.real((above.deriv() * below - above * below.deriv()).trim(1e-14).roots())
-        # The real part of a complex root is no peak, but does no harm as a candidate.
+        # The real part of a complex root is no peak, but harmless as a candidate.
         return np.asarray(self.sigma0 * roots[(roots > 0) & (roots < 1)])
 
     def is_exact(self, s: ArrayLike) -> np.ndarray:
-        """Wherever σ ≥ σ₀, if α = 1 there."""
+        """Directions with σ ≥ σ₀, if α = 1 there."""
         s = np.asarray(s, dtype=float)
         return np.asarray((s >= self.sigma0) & (self.alpha0 == 1 or self.alpha_mode == "singular"))
 
 
-# Both take x = σ/σ₀ ≤ 1 as a number, as an array, or as the polynomial x.
+# Both take x = σ/σ₀ ≤ 1: a number, an array, or the polynomial x.
 def factor(x: Quantity, constant: Quantity, added: Quantity) -> Quantity:
-    """α."""
+    """α as a function of x."""
     return constant + added * (1.0 - x**2)
 
 
 def relative_damping(x: Quantity, linear: Quantity, floor: Quantity) -> Quantity:
-    """β²/σ₀²."""
+    """β²/σ₀² as a function of x."""
     return linear * (1.0 - x) ** 2 + floor * (1.0 - x**2)

@@ -1,4 +1,4 @@
-"""Tracking a sequence of points or poses, step by step, with a report of Lyapunov's function. Arrays only."""
+"""Tracks a sequence of points or poses, step by step, and reports Lyapunov's function. Arrays only."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ Difference = Callable[[Array, Array], Array]
 
 @dataclass(frozen=True, eq=False)
 class TrackingReport:
-    """What a run of N steps did; row k of an array belongs to the k-th target.
+    """Report of a run of N steps; row k of an array belongs to the k-th target.
 
     Attributes:
         q: Configurations, (N + 1, nq).
         steps: Δθ, (N, n).
-        error: e_k, target minus where the arm is, (N + 1, m).
+        error: e_k, target minus actual, (N + 1, m).
         lyapunov: V_k = ½‖e_k‖², (N + 1,).
     """
 
@@ -42,8 +42,8 @@ class TrackingReport:
 class TrackingLoop:
     """Δθ = J* (K_i [x_d(k+1) − x_d(k)] + K_p e_k) with e_k = x_d(k) − f(θ_k), for any inverse J*.
 
-    K_i multiplies the *increment* of the target, K_p the *proportional* error. Where J J* = I/α₀ on the way along a
-    line, the error settles at (α₀ − K_i)/K_p times the step: with ESRIM's α₀ = 1.7 at 5.6 steps.
+    K_i multiplies the *increment* of the target, K_p the *proportional* error. If J J* = I/α₀ along a
+    line, the error settles at (α₀ − K_i)/K_p times the step: at 5.6 steps for ESRIM's α₀ = 1.7.
 
     Watch for: ΔV_k is positive while the error builds up to that lag, also far from singularities. σ₀ = 1.3 means
     mm and rad: wrap the inverse in `Weighted` with a length scale of 0.001 m.
@@ -81,13 +81,13 @@ class TrackingLoop:
         Args:
             targets: x_d(0) to x_d(N): points (N + 1, m), or poses (N + 1, 4, 4) with a `difference` for them.
             q0: Configuration to start from, (nq,).
-            forward: q → where the arm is, as the targets are given.
+            forward: q → point or pose of the arm, of the type of the targets.
             jacobian: q → J, (m, n), for the error that `difference` gives.
             difference: (a, b) → a − b, (m,).
             integrate: (q, Δθ) → next q.
 
         Raises:
-            InputError: There are fewer than two targets, or something is NaN or infinite: the arm ran away.
+            InputError: There are fewer than two targets, or a number is NaN or infinite since the arm diverged.
         """
         goals = as_array(targets, "targets", (None,))
         q = as_array(q0, "q0", (None,))

@@ -1,4 +1,4 @@
-"""The filtered inverse: a matrix that follows the inverse of J at a finite rate, and so stays calm at singularities."""
+"""The filtered inverse: a matrix that follows the inverse of J at a finite rate, also through singularities."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from robust_ik.kinematics.svd import svd
 class FilteredInverse(RobustInverse):
     """q̇ = Θẋ with Θ̇ = −Γ (JᵀJΘ + ΘJJᵀ + 2λ²Θ − 2Jᵀ): gradient flow towards ΘJ = I and JΘ = I.
 
-    Along a pair with singular value σ, Θ relaxes to σ/(σ² + λ²) at the rate 2Γ(σ² + λ²); without leakage (λ = 0) a
-    direction with σ = 0 keeps what it has. Each step integrates the flow exactly, with J constant over dt, so no Γ·dt
-    is too large.
+    Along a pair with singular value σ, Θ relaxes to σ/(σ² + λ²) at the rate 2Γ(σ² + λ²); without leakage (λ = 0) it
+    does not change along a direction with σ = 0. Each step integrates the flow exactly, with J constant over dt, so no
+    Γ·dt is too large.
 
-    It has a memory: `begin` returns what carries Θ from call to call. The first call of a run, and `solve` without
-    one, use Θ₀.
+    It has a memory: `begin` returns an inverse that keeps Θ from call to call. The first call of a run, and `solve`
+    without `begin`, use Θ₀.
 
     Watch for: Θ lags behind J by 1/(2Γσ²) seconds, which is long along weak directions: the task is not met exactly
-    while J moves. Nothing bounds Θ for all times but the leakage.
+    while J moves. Only the leakage bounds Θ for all times.
 
     Attributes:
         rate: Γ > 0, 1/s per σ².
@@ -60,7 +60,7 @@ class FilteredInverse(RobustInverse):
         return self.begin(1.0).solve(J, xdot)
 
     def begin(self, dt: float) -> RobustInverse:
-        """What carries Θ from call to call, dt seconds apart."""
+        """An inverse that keeps Θ from call to call, dt seconds apart."""
         return _FilteredRun(self, checked_parameter("dt", dt, above=0))
 
     def start(self, J: ArrayLike) -> Array:
@@ -70,7 +70,7 @@ class FilteredInverse(RobustInverse):
         return np.zeros_like(np.swapaxes(as_array(J, "J", (None, None)), -1, -2))
 
     def advance(self, theta: ArrayLike, J: ArrayLike, dt: float) -> Array:
-        """Θ after dt seconds at a constant J, exactly.
+        """Θ after dt seconds at a constant J, exact.
 
         Args:
             theta: Θ before, (..., n, m).

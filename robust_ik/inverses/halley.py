@@ -1,4 +1,4 @@
-"""A second-order step: what the first-order step forgets of the curvature is put back into the Jacobian."""
+"""A second-order step: the curvature that the first-order step neglects is added to the Jacobian."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ class Halley(RobustInverse):
     quadratically. Inside a run (`begin`) Δx = ẋ dt is what one time step asks for: the path is then followed to second
     order in dt, and with gain · dt = 1 nothing changes.
 
-    `solve` knows no Hessian: it is the first-order step J# ẋ.
+    `solve` has no Hessian: it is the first-order step J# ẋ.
 
     Watch for: exact only where the filter is: a constant damping turns the convergence into a linear one. At a
-    singular J an unfiltered first step is as wild as Newton's. Cap the error (0.33 arm lengths, 1 rad) before the
+    singular J an unfiltered first step is as large as Newton's. Cap the error (0.33 arm lengths, 1 rad) before the
     step: far from the goal the second-order term is no better than the first.
 
     Attributes:
@@ -60,7 +60,7 @@ class Halley(RobustInverse):
 
     @property
     def relative(self) -> bool:
-        """As the filter."""
+        """Whether the filter is relative."""
         return self.inverse.relative
 
     def solve(self, J: ArrayLike, xdot: ArrayLike) -> Array:
@@ -68,7 +68,7 @@ class Halley(RobustInverse):
         return self.inverse.solve(J, xdot)
 
     def velocity(self, equation: TaskEquation) -> Array:
-        """q̇ for ẋ, with J bent along the first-order step.
+        """q̇ for ẋ, with J corrected along the first-order step.
 
         Raises:
             InputError: The equation has no Hessian.
@@ -82,5 +82,5 @@ class Halley(RobustInverse):
         return self.inverse.solve(bent, equation.xdot)
 
     def begin(self, dt: float) -> RobustInverse:
-        """The same with dt as the horizon."""
+        """The same inverse with dt as the horizon."""
         return replace(self, horizon=dt)

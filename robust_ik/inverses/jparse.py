@@ -1,4 +1,4 @@
-"""J-PARSE: exact away from singularities, and slower and slower along the directions that vanish."""
+"""J-PARSE: exact away from singularities, and ever slower along directions that are being lost."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class JParse(GainFormula):
     """φ(σ) = 1/σ where σ > γσ₁, else p (σ/(γσ₁))^(1/e)/(γσ₁), which is p σ/(γσ₁)² for e = 1.
 
     Along a direction whose singular value falls below γσ₁ the command is projected out and fed back with the gain
-    p σ/(γσ₁): the joint speed falls with σ, a singularity can be reached, and left again.
+    p σ/(γσ₁): the joint speed falls with σ; the arm can reach a singularity and leave it again.
 
     Watch for: γ is relative, and σ₁ moves with q; p ≠ 1 makes φ jump by the factor p at the threshold; e > 1 makes φ
     rise from 0 with infinite slope, so that no control step is short enough against chatter at a target out of reach.

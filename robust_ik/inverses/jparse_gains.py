@@ -1,4 +1,4 @@
-"""J-PARSE with separate gains for position and orientation: in one solve, or one after the other."""
+"""J-PARSE with separate gains for position and orientation: in one solve, or in two priority levels."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from robust_ik.kinematics.svd import null_projector, svd
 class JParseWithGains(RobustInverse):
     """J-PARSE whose singular part is U_s Φ U_sᵀ K_s ẋ, with K_s = diag(k_p for linear rows, k_o for angular ones).
 
-    Where σ > γσ₁ it is the pseudo-inverse. Along a singular direction u the speed is uᵀK_sẋ σ/(γσ₁)². As u mixes rows
-    and K_s does not commute with u uᵀ, an error along another direction leaks in. With *one* singular direction the
-    error decreases for every u if and only if |√k_p − √k_o| ≤ 2: (9, 1) is the limit, (15, 15) is fine, (15, 1) is
-    refused.
+    For directions with σ > γσ₁ it is the pseudo-inverse. Along a singular direction u the speed is uᵀK_sẋ σ/(γσ₁)². As
+    u mixes rows and K_s does not commute with u uᵀ, an error along another direction leaks in. With *one* singular
+    direction the error decreases for every u if and only if |√k_p − √k_o| ≤ 2: (9, 1) is the limit, (15, 15) is fine,
+    (15, 1) is refused.
 
     Watch for: with two singular directions, one of them lost, only k_p = k_o is safe whatever they are: in the worst
     case ½‖e‖² grows by ‖e‖² (k_p − k_o)²/(8 (k_p + k_o)) per second and unit of task gain. Gains other than 1 make q̇
@@ -81,7 +81,7 @@ class JParseWithGains(RobustInverse):
         return applied(decomposition, gains * kept, xdot) + applied(decomposition, gains * ~kept, scaled)
 
     def largest_gain(self, sigma_max: float) -> float:
-        """A bound: K_s = c I + Δ with c = (k_p + k_o)/2 and ‖Δ‖ = |k_p − k_o|/2; reached for k_p = k_o."""
+        """A bound, from K_s = c I + Δ with c = (k_p + k_o)/2 and ‖Δ‖ = |k_p − k_o|/2; reached for k_p = k_o."""
         if sigma_max <= 0:
             return 0.0
         half = abs(self.position_gain - self.orientation_gain) / 2
@@ -135,7 +135,7 @@ class JParsePositionFirst(RobustInverse):
         m = J.shape[-2]
         xdot = as_measures(xdot, "xdot", (m,))
         linear = leading_rows(self.linear_rows, m)
-        if linear in (0, m):  # rows of one kind only
+        if linear in (0, m):  # rows are all linear or all angular
             gain = self.position_gain if linear else self.orientation_gain
             return _jparse(J, xdot, self.gamma * svd(J).s[..., :1], gain)
         Jv, Jw = J[..., :linear, :], J[..., linear:, :]
@@ -146,7 +146,7 @@ class JParsePositionFirst(RobustInverse):
 
 
 def jparse_gains(s: Array, threshold: Array, gain: float) -> Array:
-    """1/σ above the threshold, p σ/threshold² below; 0 where both vanish. (..., k), threshold (..., 1)."""
+    """Gains 1/σ above the threshold, p σ/threshold² below, and 0 if both are 0; (..., k), threshold (..., 1)."""
     floored = np.maximum(s, threshold)
     safe = np.where(floored > 0, floored, 1.0)
     return np.asarray(np.where(s > threshold, 1.0, gain) * s / safe / safe)

@@ -1,4 +1,4 @@
-"""Damping from the ratio of successive manipulabilities: on only while a singularity is being approached."""
+"""Damping from the ratio of successive manipulabilities: active only while the arm approaches a singularity."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from robust_ik.kinematics.svd import RANK_TOLERANCE, svd
 class KelmarKhosla(RobustInverse):
     """σ/(σ² + λ²) with λ = λ_f + λ₀ (1 − ρ) where ρ < ρ₀, else λ_f; ρ = w_t/w_{t−1} with w = Πσ.
 
-    It has a memory: `begin` returns what remembers w from call to call. `solve` without it is the first call of a
-    run, where nothing is known of the past: damped by λ_f alone.
+    It has a memory: `begin` returns an inverse that remembers w from call to call. `solve` without it is the first
+    call of a run, which has no past: it is damped by λ_f alone.
 
     Watch for: ρ → 1 as the time step → 0, so the damping depends on the sample rate. At rest *on* a singularity and
     on the way out of one ρ ≥ 1 and only the floor λ_f damps. For ρ₀ < 1 the damping jumps by λ₀ (1 − ρ₀). The
-    formula is rebuilt from memory: two printed versions differ, and neither is in the texts at hand.
+    formula is reconstructed from memory: two printed versions differ, and neither is in the texts at hand.
 
     Attributes:
         damping: λ₀ > 0, in the units of σ (squared inside); typically 0.05 to 0.1.
@@ -59,7 +59,7 @@ class KelmarKhosla(RobustInverse):
         return self.begin(1.0).solve(J, xdot)
 
     def begin(self, dt: float) -> RobustInverse:  # noqa: ARG002
-        """What remembers the manipulability between calls; dt does not enter the formula."""
+        """An inverse that remembers the manipulability between calls; dt does not enter the formula."""
         return _KelmarKhoslaRun(self)
 
     def damping_for(self, fall: ArrayLike) -> Array:
@@ -97,8 +97,8 @@ class _KelmarKhoslaRun(RobustInverse):
 
 
 def _log_manipulability(s: Array) -> Array:
-    """Log Πσ, which neither overflows nor underflows; −∞ at a singularity."""
-    zero = s <= RANK_TOLERANCE * s[..., :1]  # rounding, whose ratios mean nothing
+    """Log Πσ, without overflow and underflow; −∞ at a singularity."""
+    zero = s <= RANK_TOLERANCE * s[..., :1]  # rounding errors: their ratios mean nothing
     return np.asarray(np.where(zero.any(axis=-1), -np.inf, np.log(np.where(zero, 1.0, s)).sum(axis=-1)))
 
 

@@ -1,4 +1,4 @@
-"""Numerical filtering without a singular value decomposition: the smallest singular values are tracked recursively."""
+"""Numerical filtering without a singular value decomposition per step: the smallest singular values are tracked."""
 
 from __future__ import annotations
 
@@ -25,8 +25,9 @@ class SmallestSingularValues:
 
     The paper has d = 1 and σ̂² = 1/‖y‖ − δ². The quotient ‖Jᵀû‖ costs nothing more and is one iteration ahead.
 
-    Watch for: d = 1 hands over slowly where the two smallest values cross, with the ratio (σ_m² + δ²)/(σ_{m−1}² + δ²)
-    per step; it may then follow the wrong one for long. Two directions cover every crossing of two.
+    Watch for: where the two smallest values cross, d = 1 changes to the other one slowly, by the factor
+    (σ_m² + δ²)/(σ_{m−1}² + δ²) per step; it may follow the wrong one for long. Two directions cover every crossing of
+    two.
 
     Attributes:
         directions: d ≥ 1; at most min(m, n) are tracked.
@@ -67,10 +68,10 @@ class MaciejewskiKlein(RobustInverse):
     """J^T (J Jᵀ + β²I + Σᵢ λᵢ² ûᵢûᵢᵀ)⁻¹ ẋ: damping along the tracked directions where σ̂ᵢ < ε, and hardly elsewhere.
 
     λᵢ² = (1 − (σ̂ᵢ/ε)²) λ_max² for each of the smallest singular values, tracked by `SmallestSingularValues`. It has
-    a memory: `begin` returns what tracks; `solve` without it, and the first call of a run, decompose J.
+    a memory: `begin` returns an inverse that tracks; `solve` without it, and the first call of a run, decompose J.
 
     Watch for: with one direction (the paper) q̇ jumps where the two smallest singular values cross below ε, and only
-    β bounds a second loss; β makes it inexact everywhere, by the fraction β²/(σ² + β²).
+    β bounds speeds if a second direction is lost; β makes it inexact everywhere, by the fraction β²/(σ² + β²).
 
     Attributes:
         directions: How many singular values are tracked; 1 is the paper's.
@@ -110,7 +111,7 @@ class MaciejewskiKlein(RobustInverse):
         return apply_gains(decomposition, damped_gain(s, squared + self.floor**2), xdot)
 
     def begin(self, dt: float) -> RobustInverse:  # noqa: ARG002
-        """What tracks the smallest singular values from call to call."""
+        """An inverse that tracks the smallest singular values from call to call."""
         return _MaciejewskiKleinRun(self)
 
     def largest_gain(self, sigma_max: float) -> float:
@@ -143,13 +144,13 @@ class _MaciejewskiKleinRun(RobustInverse):
 
 
 def _shifted(gram: Array, shift: float) -> Array:
-    """JJᵀ + δ²I, with δ² never so small that it is lost in the rounding of JJᵀ and leaves it singular."""
+    """JJᵀ + δ²I, with δ² at least so large that it is not lost in the rounding of JJᵀ."""
     least = 1e-14 * np.trace(gram, axis1=-2, axis2=-1)
     return np.asarray(gram + np.maximum(shift**2, least)[..., None, None] * np.eye(gram.shape[-1]))
 
 
 def _wide(J: Array) -> Array:
-    """J, or its transpose where that has fewer rows; entries too small to square are zero."""
+    """J, or its transpose if J has more rows than columns; entries too small to square are set to zero."""
     J = np.where(np.abs(J) < SMALLEST_SIGMA, 0.0, J)
     return np.swapaxes(J, -1, -2) if J.shape[-2] > J.shape[-1] else J
 

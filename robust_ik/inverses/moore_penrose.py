@@ -1,4 +1,4 @@
-"""The pseudo-inverse: exact wherever it can be, unbounded near a singularity."""
+"""The pseudo-inverse: exact wherever possible, unbounded near a singularity."""
 
 from __future__ import annotations
 
@@ -64,10 +64,10 @@ class MoorePenrose(GainFormula):
         return 1 / least if least > 0 else math.inf if sigma_max > 0 else 0.0
 
     def is_exact(self, s: ArrayLike) -> np.ndarray:
-        """Wherever σ counts as non-zero."""
+        """Directions whose σ counts as non-zero."""
         s = np.asarray(s, dtype=float)
         return np.asarray(s > self.tolerance * s[..., :1])
 
     def jumps(self, sigma_max: float) -> tuple[Jump, ...]:
-        """From 1/(tolerance · σ₁) to 0 at the tolerance."""
+        """A jump from 1/(tolerance · σ₁) to 0 at the tolerance."""
         return (Jump(self.tolerance * sigma_max, self.largest_gain(sigma_max)),)

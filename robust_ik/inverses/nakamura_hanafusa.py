@@ -1,4 +1,4 @@
-"""Nakamura and Hanafusa: damped least squares whose damping grows as the manipulability vanishes."""
+"""Nakamura and Hanafusa's damped least squares: damping grows as the manipulability vanishes."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from robust_ik.kernels.compiler.where import where
 class NakamuraHanafusa(GainFormula):
     """φᵢ = σᵢ/(σᵢ² + λ²(w)) with λ = λ₀ (1 − w/w₀)² below the manipulability w₀ and 0 above, w = Π σ.
 
-    Watch for: w mixes all directions and their units. The damping can set in while every σ is healthy, and stay off
-    at a small σ that the others make up for: then φ is as large as σ₁^(k−1)/w₀, for k singular values.
+    Watch for: w mixes all directions and their units. The damping can begin while every σ is large, and stay off
+    at a small σ if the others are large: then φ is as large as σ₁^(k−1)/w₀, for k singular values.
 
     Attributes:
         damping: λ₀ > 0 in the units of σ.
@@ -49,7 +49,7 @@ class NakamuraHanafusa(GainFormula):
         checked_parameter("manipulability_threshold", self.manipulability_threshold, above=0)
 
     def squared_damping(self, s: ArrayLike) -> Array:
-        """What is added to σ², for a whole spectrum (..., k): shape (...)."""
+        """The term added to σ², for a whole spectrum (..., k): shape (...)."""
         ratio = np.minimum(self._manipulability(s) / self.manipulability_threshold, 1.0)
         return np.asarray(added(ratio, self.damping, float(self.squared)))
 
@@ -72,7 +72,7 @@ class NakamuraHanafusa(GainFormula):
         return (self.damping, self.manipulability_threshold, float(self.squared))
 
     def largest_gain(self, sigma_max: float, count: int | None = None) -> float:
-        """The least upper bound over the spectra with that many singular values.
+        """The least upper bound over all spectra with that many singular values.
 
         For σ₁ > 1 it grows with their number without bound, since so does w at any σ.
 
@@ -93,7 +93,7 @@ class NakamuraHanafusa(GainFormula):
         return max(self.largest_gain(sigma_max, 1), self._largest_of_several(sigma_max, 2))
 
     def _largest_of_several(self, sigma_max: float, count: int) -> float:
-        """The largest φ(σ) where all others are σ₁: they make w, and so φ, as large as can be at that σ."""
+        """The largest φ(σ) if all others are σ₁: then w, and with it φ, is as large as possible at that σ."""
         with np.errstate(over="ignore"):
             undamped = float(self.manipulability_threshold * np.float64(sigma_max) ** (1 - count))
         if undamped == 0:
@@ -106,19 +106,19 @@ class NakamuraHanafusa(GainFormula):
         return max(found + ([1 / undamped] if undamped <= sigma_max else []))
 
     def _peak(self, undamped: float) -> float:
-        """The maximum in (0, 1) of x/(a² x² + k(x)), where x is w/w₀ and a the σ from which it is undamped."""
+        """The maximum in (0, 1) of x/(a² x² + k(x)), where x is w/w₀ and a the σ above which there is no damping."""
         if not self.squared:
             return 1 / math.sqrt(1 + undamped**2 / self.damping)
         weight = (undamped / self.damping) ** 2
         return falling_zero(lambda x: (1 - x) ** 3 * (1 + 3 * x) - weight * x**2, 0.0, 1.0)
 
     def is_exact(self, s: ArrayLike) -> np.ndarray:
-        """Everywhere at once: where w ≥ w₀."""
+        """All directions if w ≥ w₀, else none."""
         exact = self._manipulability(s) >= self.manipulability_threshold
         return np.array(np.broadcast_to(exact[..., None], np.shape(s)))
 
 
 def added(ratio: Quantity, damping: Quantity, squared: Quantity) -> Quantity:
-    """What is added to σ² where w is that fraction of w₀."""
+    """The term added to σ², where `ratio` is w/w₀, at most 1."""
     fallen = damping * (1.0 - ratio) ** 2
     return where(squared > 0, fallen**2, fallen)

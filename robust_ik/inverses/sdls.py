@@ -1,4 +1,4 @@
-"""Selectively damped least squares: each singular direction is clamped by what it moves per joint motion."""
+"""Selectively damped least squares: each singular direction is limited by how far it moves the tip per joint motion."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ Clamp = Literal["hard", "smooth"]
 class SDLS(RobustInverse):
     """The step Σᵢ clamp((uᵢᵀẋ/σᵢ) vᵢ, γᵢ), clamped again to γ_max.
 
-    γᵢ = γ_max Nᵢ/Mᵢ, where Nᵢ is how far the step along uᵢ should move the tip and Mᵢ ≥ Nᵢ how far the joints move it
-    in all, cancelling motions included: Nᵢ = Σ_l ‖u_{l,i}‖, Mᵢ = Σ_l Σ_j |v_{j,i}| ‖J_{l,j}‖/σᵢ over the blocks l of
-    rows, linear and angular. Where joints cancel each other out, σᵢ → 0, γᵢ → 0 too. No joint moves more than γ_max.
+    γᵢ = γ_max Nᵢ/Mᵢ, where Nᵢ is how far the step along uᵢ should move the tip, and Mᵢ ≥ Nᵢ how far the single joints
+    move it, added up even where they cancel: Nᵢ = Σ_l ‖u_{l,i}‖, Mᵢ = Σ_l Σ_j |v_{j,i}| ‖J_{l,j}‖/σᵢ over the blocks l
+    of rows, linear and angular. If σᵢ → 0 because joints cancel each other, γᵢ → 0 too. No joint moves more than γ_max.
 
     It is a step method: `solve` takes ẋ for the wanted step Δx and gives Δq. A controller passes gain · error (plus
     feed-forward) as ẋ and takes q̇ from it: a step of one second, so that γ_max is a speed limit in rad/s; the
     error is not read again. The cap on far targets, the paper's D_max, is `FrameTask.max_linear`.
 
-    Watch for: not linear in ẋ. Where σᵢ → 0 because a single joint loses all effect, γᵢ stays: its speed jumps from
-    −γ_max to γ_max; from σᵢ ≤ RANK_TOLERANCE σ₁ on, σᵢ is zero, and a joint that moves nothing is not moved. Where
-    singular values coincide and a clamp acts, the result depends on the basis that the decomposition happens to choose.
+    Watch for: not linear in ẋ. If σᵢ → 0 because a single joint loses all effect, γᵢ stays: its speed jumps from
+    −γ_max to γ_max. Below RANK_TOLERANCE σ₁, σᵢ counts as zero, and a joint without effect does not move. If singular
+    values coincide and a clamp acts, the result depends on the basis that the decomposition happens to choose.
     γ_max limits prismatic joints too, in m. The angular block is our addition: the paper moves points only.
 
     Attributes:
@@ -74,7 +74,7 @@ class SDLS(RobustInverse):
         scale = np.repeat([1.0, self.length_scale], [linear, J.shape[-2] - linear])
         J = scale[:, None] * J
         decomposition = svd(J)
-        # A σ that is rounding has any v: with γ of a joint that moves nothing, it would turn that joint at γ_max.
+        # A σ of rounding size has an arbitrary v: with the γ of a joint without effect, it would turn it at γ_max.
         s = np.where(decomposition.s > RANK_TOLERANCE * decomposition.s[..., :1], decomposition.s, 0.0)
         limits = self._limits(J, decomposition.U, s, decomposition.Vt, linear)
         wanted = np.einsum("...mi,...m->...i", decomposition.U, scale * xdot)
@@ -83,7 +83,7 @@ class SDLS(RobustInverse):
 
     def _limits(self, J: Array, U: Array, s: Array, Vt: Array, linear: int) -> Array:
         """γᵢ, (..., k)."""
-        unit = np.where(s[..., :1] > 0, s[..., :1], 1.0)  # ratios only count: no square overflows or underflows
+        unit = np.where(s[..., :1] > 0, s[..., :1], 1.0)  # only ratios count: so no square overflows or underflows
         J, s = J / unit[..., None], s / unit
         wanted, moved = np.zeros_like(s), np.zeros_like(s)
         for block in (slice(0, linear), slice(linear, None)):
@@ -93,7 +93,7 @@ class SDLS(RobustInverse):
         return np.asarray(self.max_angle * wanted * s / np.where(s > 0, moved, 1.0))
 
     def _clamped_directions(self, wanted: Array, s: Array, Vt: Array, limits: Array) -> Array:
-        """The clamped coefficients of vᵢ, (..., k); never a division by a σ that vanishes."""
+        """The clamped coefficients of vᵢ, (..., k), without division by a vanishing σ."""
         largest = np.abs(Vt).max(axis=-1)
         asked = np.abs(wanted) * largest
         if self.clamp == "hard":
@@ -104,7 +104,7 @@ class SDLS(RobustInverse):
         return np.asarray(np.where(s > 0, np.sign(wanted) * size, 0.0))
 
     def _clamped_sum(self, step: Array) -> Array:
-        """No entry beyond γ_max.
+        """The step, scaled down so that no entry is beyond γ_max.
 
         The hard clamp in either case: the paper's code scales by γ_max/(γ_max + max|·|) where a limit is exceeded,
         so that the step would jump to half its size there.

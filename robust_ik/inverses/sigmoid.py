@@ -16,7 +16,7 @@ from robust_ik.inverses.damping_formulas import Quantity, damped, falling_zero
 from robust_ik.inverses.gain_formula import GainFormula
 
 STEEPEST = 600.0
-"""Of shift/slope: beyond it e^(−w/h) underflows."""
+"""Largest shift/slope: beyond it e^(−w/h) underflows."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Sigmoid(GainFormula):
     Attributes:
         squared_damping: Λ > 0, in the units of σ².
         shift: w ≥ 0, in the units of σ: the larger, the less damping.
-        slope: h > 0, in the units of σ: over which the damping fades by e.
+        slope: h > 0, in the units of σ: the increase of σ over which the damping falls by the factor e.
 
     Source: Fraunhofer IPA, cob_twist_controller 2015, damping method "sigmoid".
     """
@@ -69,11 +69,11 @@ class Sigmoid(GainFormula):
         return (self.squared_damping, self.shift, self.slope)
 
     def largest_gain(self, sigma_max: float) -> float:
-        """φ at its only peak, or at σ₁ below that."""
+        """φ at its only peak, or at σ₁ if that is smaller."""
         return float(self.gains(min(sigma_max, self._peak())))
 
     def _peak(self) -> float:
-        """Where k − σk′ = σ², k being what is added to σ². The difference falls, as k is convex for w ≥ 0."""
+        """The peak, where k − σk′ = σ² for k added to σ²; the difference falls, since k is convex for w ≥ 0."""
 
         def difference(sigma: float) -> float:
             k = float(added(sigma, *self.parameters))
@@ -83,10 +83,10 @@ class Sigmoid(GainFormula):
         return falling_zero(difference, 0.0, math.sqrt(self.squared_damping))
 
     def is_exact(self, s: ArrayLike) -> np.ndarray:
-        """Nowhere."""
+        """No direction."""
         return np.zeros(np.shape(s), dtype=bool)
 
 
 def added(s: Quantity, squared_damping: Quantity, shift: Quantity, slope: Quantity) -> Quantity:
-    """What is added to σ²: Λ/(1 + eᶻ) without overflow."""
+    """The term added to σ²: Λ/(1 + eᶻ), without overflow."""
     return squared_damping * np.exp(-np.logaddexp(0.0, (s + shift) / slope))

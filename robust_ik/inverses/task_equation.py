@@ -1,4 +1,4 @@
-"""What one task asks for: J q̇ = ẋ with the error behind it. All that an inverse is told."""
+"""The equation of one task, J q̇ = ẋ, with its error: the whole input of an inverse."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ class TaskEquation:
         J: Task Jacobian, (m, n).
         xdot: Wanted task velocity, (m,).
         error: Target minus current in the units of the task, (m,).
-        hessian: ∂J/∂q, (m, n, n), where somebody asked for it and the task has one.
-        weight: Weight of its rows against those of other tasks of the same level.
+        hessian: ∂J/∂q, (m, n, n), if it was asked for and the task has one; else None.
+        weight: Weight of its rows against the rows of other tasks of the same level.
         lengths: Which rows of error are in metres, (m,); None if none is. Robots much larger or smaller than a metre
-            are told so in units of their own.
+            have units of their own.
     """
 
     J: Array

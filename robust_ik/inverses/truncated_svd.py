@@ -1,4 +1,4 @@
-"""The truncated SVD: directions that are almost lost are dropped."""
+"""The truncated SVD: drops directions that are almost lost."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class TruncatedSVD(GainFormula):
 
     @property
     def relative(self) -> bool:
-        """With `gamma`."""
+        """Whether a threshold relative to σ₁ is used."""
         return self.gamma is not None
 
     @staticmethod
@@ -69,16 +69,16 @@ class TruncatedSVD(GainFormula):
         return (self.threshold or 0.0, self.gamma or 0.0)
 
     def largest_gain(self, sigma_max: float) -> float:
-        """1/τ, approached just above the threshold; 0 where σ₁ ≤ τ."""
+        """1/τ, approached just above the threshold; 0 if σ₁ ≤ τ."""
         level = float(self.level(sigma_max))
         return 1 / level if sigma_max > level else 0.0
 
     def is_exact(self, s: ArrayLike) -> np.ndarray:
-        """Wherever σ > τ."""
+        """Directions with σ > τ."""
         s = np.asarray(s, dtype=float)
         return np.asarray(s > self.level(s[..., :1]))
 
     def jumps(self, sigma_max: float) -> tuple[Jump, ...]:
-        """1/τ at τ, if any σ ≤ σ₁ lies above."""
+        """1/τ at τ, if τ < σ₁."""
         level = float(self.level(sigma_max))
         return (Jump(level, 1 / level),) if sigma_max > level else ()

@@ -18,7 +18,7 @@ from robust_ik.kinematics.svd import svd
 
 @dataclass(frozen=True)
 class UserDefinedAccuracy(RobustInverse):
-    """(W J)# W ẋ with W = I − (1 − w) d dᵀ: near a singularity the direction d counts with the weight w only.
+    """(W J)# W ẋ with W = I − (1 − w) d dᵀ: near a singularity the direction d only has the weight w.
 
     * w = 1 − (1 − w_min) √(1 − (σ/ε)²) while the smallest singular value σ of J is below ε, else w = 1.
     * (·)# is damped least squares with λ² = (1 − (σ̃/ε)²) λ_max², σ̃ the smallest singular value of W J.
@@ -27,8 +27,8 @@ class UserDefinedAccuracy(RobustInverse):
     from J, so that the result is a function of J alone. For constant weights take
     `Weighted(DampedLeastSquares(), task_weights=…)`.
 
-    Watch for: w leaves 1 like a square root, so joint speeds bend sharply at ε. The sacrifice only helps if d has a
-    part along the direction that is lost. It is in the axes and units of the rows of J.
+    Watch for: w falls from 1 like a square root, so joint speeds have a kink at ε. The sacrifice only helps if d has a
+    part along the lost direction. d is in the axes and units of the rows of J.
 
     Attributes:
         sacrificed: The direction d that may be given up: the index of a row, or a vector (m,), kept at length 1.
@@ -58,7 +58,7 @@ class UserDefinedAccuracy(RobustInverse):
             length = float(np.linalg.norm(direction))
             if direction.ndim != 1 or not length > 0:
                 raise InputError(f"sacrificed must be a row or one direction, (m,), not zero, got {self.sacrificed!r}")
-            # What is of unit length stays to the last digit, so that a printed inverse is read back equal.
+            # A vector of unit length is kept to the last digit, so that a printed inverse is read back equal.
             unit = direction if abs(length - 1) < 1e-12 else direction / length
             object.__setattr__(self, "sacrificed", tuple(unit.tolist()))
         checked_parameter("least_weight", self.least_weight, above=0)

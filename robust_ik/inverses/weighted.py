@@ -1,4 +1,4 @@
-"""Weights around any inverse: units of the task, cost of the joints."""
+"""Weights for any inverse: units of the task, cost of the joints."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from robust_ik.inverses.base import Card, RobustInverse
 from robust_ik.inverses.task_equation import TaskEquation
 
 SYMMETRY_TOLERANCE = 1e-12
-"""Relative to the largest entry. Chosen: rounding of products leaves some 1e-15, a mistake leaves more."""
+"""Largest asymmetry, relative to the largest entry. Chosen: rounding of products leaves about 1e-15, a mistake more."""
 SAMPLES = 65
-"""Values of σ₁ at which the bound of the wrapped inverse is asked for. Chosen: more miss less of a peak between two."""
+"""Values of σ₁ at which the bound of the wrapped inverse is evaluated. Chosen: more miss less of a peak between two."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Weighted(RobustInverse):
     Where the wrapped inverse is exact, task weights change nothing.
 
     Attributes:
-        inverse: What works in the scaled coordinates; its thresholds and damping are in their units.
+        inverse: The inverse of the scaled Jacobian; its thresholds and damping are in scaled units.
         joint_weights: W_q: (n,) positive, or (n, n) symmetric positive definite; kept as tuples.
         task_weights: W_x: (m,) positive, or (m, m) symmetric positive definite; kept as tuples.
         length_scale: L > 0, m: W_x = diag(1/L for linear rows, 1 for angular ones). Instead of task weights.
@@ -71,7 +71,7 @@ class Weighted(RobustInverse):
         check_linear_rows(self.linear_rows)
 
     def _keep(self, name: str, factor: str, power: float) -> None:
-        """Stores weights as tuples, so that inverses compare by value, and their power as a matrix."""
+        """Stores weights as tuples, so that inverses compare by value, and a power of their matrix."""
         given = getattr(self, name)
         weights = None if given is None else _positive_definite(name, given)
         object.__setattr__(self, name, None if weights is None else _tuples(weights))
@@ -84,7 +84,7 @@ class Weighted(RobustInverse):
 
     @property
     def relative(self) -> bool:
-        """As the wrapped inverse."""
+        """Whether the wrapped inverse is relative."""
         return self.inverse.relative
 
     def solve(self, J: ArrayLike, xdot: ArrayLike) -> Array:
@@ -95,7 +95,7 @@ class Weighted(RobustInverse):
         return np.asarray(self.inverse.solve(task @ J @ joint, xdot @ task.T) @ joint.T)
 
     def velocity(self, equation: TaskEquation) -> Array:
-        """q̇, from what the wrapped inverse makes of the scaled equation: its error and Hessian are scaled alike."""
+        """q̇ by the wrapped inverse from the scaled equation; error and Hessian are scaled alike."""
         task, joint = self.factors(*equation.J.shape[-2:])
         H = equation.hessian
         scaled = TaskEquation(
@@ -107,12 +107,12 @@ class Weighted(RobustInverse):
         return np.asarray((joint @ self.inverse.velocity(scaled)[..., None])[..., 0])
 
     def begin(self, dt: float) -> RobustInverse:
-        """Itself around what drives a run of the wrapped inverse."""
+        """The same weights around the wrapped inverse's object for a run."""
         driver = self.inverse.begin(dt)
         return self if driver is self.inverse else replace(self, inverse=driver)
 
     def largest_gain(self, sigma_max: float) -> float:
-        """A bound: the largest one of the wrapped inverse for what σ̃₁ can be, times ‖W_q^(−½)‖ ‖W_x‖.
+        """A bound: the largest gain of the wrapped inverse over all possible σ̃₁, times ‖W_q^(−½)‖ ‖W_x‖.
 
         Sampled; exact where the bound of the wrapped inverse is monotone in σ₁, as it mostly is.
         """
@@ -143,22 +143,22 @@ class Weighted(RobustInverse):
 
 
 def check_linear_rows(linear_rows: int | None) -> None:
-    """Refuses what cannot be a number of rows; None is left open."""
+    """Raises unless `linear_rows` is None or a whole number ≥ 0."""
     if linear_rows is not None:
         check_whole("linear_rows", linear_rows, 0)
 
 
 def check_whole(name: str, value: int, least: int) -> None:
-    """Refuses what is no whole number ≥ least."""
+    """Raises unless the value is a whole number ≥ least."""
     if not isinstance(value, (int, np.integer)) or value < least:
         raise InputError(f"{name} must be a whole number ≥ {least}, got {value!r}")
 
 
 def leading_rows(linear_rows: int | None, m: int) -> int:
-    """How many of the first rows of m are linear: what is said, else 3, or all of fewer.
+    """How many of the first rows of m are linear: `linear_rows` if given, else 3, or m if that is less.
 
     Raises:
-        InputError: More are said than there are.
+        InputError: `linear_rows` is more than m.
     """
     if linear_rows is None:
         return min(3, m)
@@ -168,7 +168,7 @@ def leading_rows(linear_rows: int | None, m: int) -> int:
 
 
 def _positive_definite(name: str, given: ArrayLike) -> Array:
-    """A vector of positive weights, or a symmetric positive definite matrix."""
+    """The weights, checked: a vector of positive numbers, or a symmetric positive definite matrix."""
     weights = as_array(given, name, (None,))
     if weights.ndim == 1 and weights.size and (weights > 0).all():
         return weights
@@ -188,7 +188,7 @@ def _power(weights: Array, power: float) -> Array:
 
 
 def _extremes(factor: Array | None) -> tuple[float, float]:
-    """The least and the largest eigenvalue of a factor; 1 of none."""
+    """The least and the largest eigenvalue of a factor; 1 and 1 for None."""
     if factor is None:
         return 1.0, 1.0
     values = np.linalg.eigvalsh(factor)

@@ -1,7 +1,7 @@
-"""Compiled code: what has to be fast, written in the part of Python that Numba compiles. Arrays only.
+"""Compiled code for all that has to be fast, written in the part of Python that Numba compiles. Arrays only.
 
-The only place that imports Numba, half a second: import from here inside the function that needs it. Matrices live on
-the stack, padded: entry (i, c) is at i · width + c. The same code does one of them or eight side by side, so that
-batches and single calls agree bit for bit. Sums keep their order and no multiply-add is fused: the bits do not depend
-on the processor.
+This is the only room that imports Numba, which takes half a second: import from here inside the function that needs it.
+Matrices live on the stack, padded: entry (i, c) is at i · width + c. The same code handles one matrix or eight side by
+side, so that batches and single calls agree bit for bit. Sums keep their order and no multiply-add is fused, so that
+the bits do not depend on the processor.
 """

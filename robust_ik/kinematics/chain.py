@@ -1,6 +1,6 @@
 """A chain of joints as constants: its kinematics are functions of q, for any number of q at once. Arrays only.
 
-Compiled, and the same to 1e-12 as those of Pinocchio, which the constants come from. A chain is a product of
+They are compiled, and agree to 1e-12 with those of Pinocchio, from which the constants come. A chain is a product of
 exponentials (Murray, Li, Sastry 1994, eq. (3.3)) with each axis turned to z, so that a joint costs one product by a
 constant rotation and one by a planar one.
 """
@@ -22,7 +22,7 @@ from robust_ik.kinematics.svd import svd
 from robust_ik.kinematics.twist_rows import ROWS
 
 REFERENCES = ("local_world_aligned", "local", "world")
-"""The references of Jacobians, in the order of the numbers that kernels know them by."""
+"""References of Jacobians, in the order of their numbers in kernels."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,13 +33,13 @@ class Chain:
         n: Number of the robot's independent joints.
         nq: Length of q.
         rotations: From each joint's axis frame (z is the axis) to the next one's at zero, (c, 3, 3).
-        origins: Origins of the axis frames in the one before, m, (c, 3).
+        origins: Origin of each axis frame in the one before, m, (c, 3).
         sliding: Which joints slide, (c,).
-        column: The independent joint that each follows, (c,).
-        factor: Its motion per motion of that joint, (c,).
-        shift: And its motion where that is at zero, (c,).
-        place: Where in q that joint stands, (c,).
-        circling: Whether q holds its cosine and sine there, (c,).
+        column: For each joint, the independent joint that it follows: a column of J, (c,).
+        factor: Its motion per motion of that independent joint, (c,).
+        shift: Its motion if that independent joint is at zero, (c,).
+        place: Index in q of that independent joint, (c,).
+        circling: Whether q holds cosine and sine there, (c,).
         tip: The frame in the last axis frame, (4, 4).
     """
 
@@ -65,7 +65,7 @@ class Chain:
 
     @cached_property
     def packed(self) -> Array:
-        """What kernels read; see `kernels.packing`."""
+        """The chain as a vector for kernels; see `kernels.chain.chain_layout`."""
         from robust_ik.kernels.chain import chain_layout as links  # no Numba yet
 
         joints = np.zeros((len(self), links.STRIDE))
@@ -80,13 +80,13 @@ class Chain:
         return readonly(np.concatenate([head, joints.ravel(), self.tip[:3, :3].ravel(), self.tip[:3, 3]]))
 
     def poses(self, q: Array) -> Array:
-        """(..., nq) → (..., 4, 4)."""
+        """Poses of the frame, (..., nq) → (..., 4, 4)."""
         from robust_ik.kernels.chain.chain_kinematics import poses
 
         return self._each(poses, q, (4, 4))
 
     def jacobians(self, q: Array, reference: str) -> Array:
-        """(..., nq) → (..., 6, n)."""
+        """Jacobians, (..., nq) → (..., 6, n)."""
         from robust_ik.kernels.chain.chain_kinematics import jacobians
 
         return self._each(jacobians, q, (6, self.n), number_of(reference))
@@ -102,9 +102,9 @@ class Chain:
 
         Args:
             q: Of N configurations, (N, nq).
-            wrenches: What the rows of J are weighted with, (N, a, 6).
-            motions: And its columns, (N, b, n).
-            paired: Only of wrenches and motions at the same place, as many as there are of both.
+            wrenches: Weights of the rows of J, (N, a, 6).
+            motions: Weights of its columns, (N, b, n).
+            paired: Combine the i-th wrench with the i-th motion only; a = b.
 
         Returns:
             (N, a, b, n), or (N, a, n).
@@ -141,7 +141,7 @@ class Chain:
 
 
 def number_of(reference: str) -> int:
-    """By which kernels know a reference.
+    """The number of a reference in kernels.
 
     Raises:
         InputError: There is no such reference.
@@ -152,15 +152,15 @@ def number_of(reference: str) -> int:
 
 
 def axis_frames(axes: Array, points: Array, tip: Array) -> tuple[Array, Array, Array]:
-    """Each axis as the z of a frame, from one to the next.
+    """Frames on the axes of joints, z along the axis, each relative to the one before.
 
     Args:
         axes: Unit vectors with all joints at zero, world, (c, 3).
         points: A point on each, (c, 3).
-        tip: The pose of the frame that is moved, (4, 4).
+        tip: The pose of the moved frame, (4, 4).
 
     Returns:
-        Rotations (c, 3, 3) and origins (c, 3) into the frame before, the first one being the world, and the pose of the
+        Rotations (c, 3, 3) and origins (c, 3) in the frame before, the first one in the world, and the pose of the
         moved frame in the last one, (4, 4).
     """
     rotation, origin = np.eye(3), np.zeros(3)
@@ -175,7 +175,7 @@ def axis_frames(axes: Array, points: Array, tip: Array) -> tuple[Array, Array, A
 
 
 def _with_z(axis: Array) -> Array:
-    """A rotation whose third column is a unit axis."""
+    """A rotation whose third column is the unit axis."""
     x = np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis)
     x /= np.linalg.norm(x)
     return np.stack([x, np.cross(axis, x), axis], axis=-1)

@@ -28,8 +28,8 @@ def closed_form_hessian(axes: ArrayLike, arms: ArrayLike, *, printed: bool = Fal
     Args:
         axes: Unit axes z_i of the joints, world axes, (..., n, 3).
         arms: p_i, from the origin of the frame on axis i to the tool's point, m, (..., n, 3).
-        printed: The equation as it stands in the paper, p_k in place of p_i where k < i: wrong by
-            (z_k·z_i)(o_k − o_i), to see what that does.
+        printed: The equation as printed in the paper, p_k in place of p_i where k < i: wrong by (z_k·z_i)(o_k − o_i),
+            for comparison.
 
     Returns:
         (..., 6, n, n): [i, j, k] = ∂J_ij/∂q_k.
@@ -72,7 +72,10 @@ def singular_value_gradients(J: ArrayLike, hessian: ArrayLike) -> Array:
 
 @computed
 def singular_value_gradient(J: ArrayLike, hessian: ArrayLike, index: int = -1) -> Array:
-    """The gradient of one singular value, (..., n); by default of the smallest. Source: as for all of them."""
+    """The gradient of one singular value, (..., n); by default of the smallest.
+
+    Source: as for all of them.
+    """
     gradients = singular_value_gradients(J, hessian)
     count = gradients.shape[-2]
     if not -count <= index < count:
@@ -99,7 +102,7 @@ def manipulability_gradient(J: ArrayLike, hessian: ArrayLike) -> Array:
 
 
 def _products_of_the_others(s: Array) -> Array:
-    """Π_{j≠i} sⱼ for every i without dividing, by products from the left and from the right."""
+    """Π_{j≠i} sⱼ for every i without division, by products from the left and from the right."""
     ones = np.ones((*s.shape[:-1], 1))
     left = np.cumprod(np.concatenate([ones, s[..., :-1]], axis=-1), axis=-1)
     right = np.cumprod(np.concatenate([ones, s[..., :0:-1]], axis=-1), axis=-1)[..., ::-1]

@@ -19,10 +19,11 @@ from robust_ik.errors import InputError
 RANK_TOLERANCE = 1e-12
 """A singular value of at most this fraction of σ₁ counts as zero: the one definition of rank.
 
-Entries of J carry rounding of some 1e-15 of the largest one, and what higher levels leave of a lower level's J carries
-that times the condition of the levels above: up to here no σ can be told from zero, and its vectors are arbitrary. So
-no part of a step takes for null space what another one inverts. What is left of J beside other tasks is measured
-against σ₁ of the whole J. Filters get every σ as it is: φ fades to 0 there, or its card says where it jumps.
+Entries of J carry rounding of some 1e-15 of the largest one. What higher levels leave of a lower level's J carries
+that times the condition of the levels above. A σ below this limit cannot be told from zero, and its vectors are
+arbitrary. One definition for all ensures that no part of a step takes for null space what another one inverts. What is
+left of J beside other tasks is measured against σ₁ of the whole J. Filters get every σ as it is: φ fades to 0 there,
+or its card says where it jumps.
 """
 
 SMALLEST_SIGMA = 1e-290
@@ -30,18 +31,19 @@ SMALLEST_SIGMA = 1e-290
 
 
 SQUARED = (1e-140, 1e140)
-"""Numbers between these have squares that neither vanish nor overflow, nor do sums of many."""
+"""Numbers between these have squares, and sums of many squares, that neither vanish nor overflow."""
 
 
 DEPENDENT = 1e-6
-"""Unit rows whose part that is new to the rows before is shorter than this count as dependent on them.
+"""A unit row counts as dependent on the rows before if its part orthogonal to them is shorter than this.
 
-No rank, but how much may be paid: to hold both at their values could take a motion of 1/DEPENDENT times these values.
+This is no definition of rank, but a limit on motion: to hold both rows at their values could take a motion of
+1/DEPENDENT times these values.
 """
 
 
 LARGEST_COMPILED = 16
-"""Matrices with more rows or columns are left to LAPACK: kernels have room for 16, `jacobi_rotations.MOST_ROWS`."""
+"""Matrices with more rows or columns go to LAPACK: kernels have room for 16, `jacobi_rotations.MOST_ROWS`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,8 +76,8 @@ class ThinSVD:
 def svd(J: ArrayLike) -> ThinSVD:
     """The thin singular value decomposition of J.
 
-    Every σ is as exact as its rows or columns allow, and at worst as exact as rounding of σ₁; one below SMALLEST_SIGMA,
-    or below about 1e-290 σ₁, is 0. So σ₁ > 0 where an entry is over SMALLEST_SIGMA, and nothing is ever NaN.
+    Every σ is as exact as the rows or columns allow, at worst up to rounding of σ₁; one below SMALLEST_SIGMA, or below
+    about 1e-290 σ₁, is 0. So σ₁ > 0 if an entry is over SMALLEST_SIGMA, and nothing is ever NaN.
 
     Args:
         J: Matrix, (..., m, n).
@@ -91,20 +93,20 @@ def svd(J: ArrayLike) -> ThinSVD:
 
 
 def full_svd(J: Array) -> ThinSVD:
-    """The decomposition with all n right singular vectors: those of the null space come last.
+    """The decomposition with all n right singular vectors, those of the null space last.
 
     Args:
-        J: Finite matrices, (..., m, n), from our own hands.
+        J: Finite matrices, (..., m, n); not checked.
 
     Returns:
         U (..., m, k), s (..., k) and Vt (..., n, n).
     """
-    # Of more rows than columns, all m left singular vectors would come too.
+    # If there are more rows than columns, all m left singular vectors would come too.
     return _decomposed(J, full=J.shape[-2] < J.shape[-1])
 
 
 def singular_values(J: Array) -> Array:
-    """The singular values alone, (..., k), descending, of finite matrices (..., m, n) from our own hands."""
+    """The singular values alone, (..., k), descending, of finite matrices (..., m, n), which are not checked."""
     m, n = J.shape[-2:]
     if not 0 < min(m, n) <= max(m, n) <= LARGEST_COMPILED:
         return np.asarray(np.linalg.svd(J, compute_uv=False))
@@ -135,7 +137,7 @@ def _decomposed(J: Array, *, full: bool) -> ThinSVD:
 
 @cache
 def _compiled(what: str, small: bool) -> Callable[..., bool]:
-    """The kernel for "vectors" or "values", of at most 8 or at most LARGEST_COMPILED rows and columns."""
+    """The kernel for "vectors" or "values" of matrices with at most 8, or else LARGEST_COMPILED, rows and columns."""
     from robust_ik.kernels.matrices import small_svd
 
     kernel = getattr(small_svd, f"{what}_{8 if small else LARGEST_COMPILED}")
@@ -153,7 +155,7 @@ def _of_lapack(J: Array, *, full: bool) -> ThinSVD:
 
 
 def _unfit(J: Array) -> InputError:
-    """What is wrong with matrices that have no finite decomposition."""
+    """The error for matrices that have no finite decomposition."""
     try:
         as_array(J, "J", (None, None))
     except InputError as error:
@@ -181,7 +183,7 @@ def condition_number(J: ArrayLike) -> Array:
 
 @checked
 def lost_directions(J: ArrayLike, threshold: float | None = None) -> Array:
-    """The task directions that no joint motion can give: columns of U with σ ≤ threshold, and the rest of ℝᵐ.
+    """The task directions that no joint motion gives: columns of U with σ ≤ threshold, and the complement of all in ℝᵐ.
 
     Args:
         J: One matrix, (m, n).
@@ -201,11 +203,11 @@ def lost_directions(J: ArrayLike, threshold: float | None = None) -> Array:
 
 
 def null_projector(J: ArrayLike) -> Array:
-    """I − V Vᵀ, the joint motions that move the task nowhere now *and* in no singular direction, (..., n, n).
+    """I − V Vᵀ, (..., n, n): projects onto joint motions that move the task neither now nor in a singular direction.
 
-    V holds all k = min(m, n) right singular vectors, those of small σ included, so that the rank of the projector,
-    n − k, does not change where a singularity is passed. I − J# J with a damped J# would leak (1 − σφ(σ)) of the
-    secondary motion into the task. Watch for: at σ = 0 exactly and n > m the vectors of vanishing σ are any of the
+    V holds all k = min(m, n) right singular vectors, those of small σ included. So the rank of the projector, n − k,
+    does not change when a singularity is passed. I − J# J with a damped J# would leak (1 − σφ(σ)) of the secondary
+    motion into the task. Watch for: at σ = 0 exactly and n > m the vectors of vanishing σ are arbitrary ones of the
     null space, so the projector jumps there; it still moves the task nowhere.
     """
     Vt = svd(J).Vt
@@ -218,7 +220,7 @@ def length(vector: Array) -> float:
 
 
 def norms(vectors: Array) -> Array:
-    """‖x‖ of vectors, (..., n) → (...), also where squares would overflow or vanish."""
+    """‖x‖ of vectors, (..., n) → (...), exact also where squares would overflow or vanish."""
     largest = np.abs(vectors).max(axis=-1, initial=0.0)
     usual = (largest == 0) | ((SQUARED[0] < largest) & (largest < SQUARED[1]))
     if usual.all():
@@ -228,13 +230,13 @@ def norms(vectors: Array) -> Array:
 
 
 def complement(rows: Array) -> Array:
-    """Orthonormal columns that span what is orthogonal to orthonormal rows, (r, n) → (n, n − r)."""
+    """Orthonormal columns that span the orthogonal complement of orthonormal rows, (r, n) → (n, n − r)."""
     Q, _ = np.linalg.qr(rows.T, mode="complete")
     return np.asarray(Q[:, len(rows) :])
 
 
 def least_norm_solution(rows: Array, values: Array) -> Array | None:
-    """The smallest y with rows y = values, or None where the rows depend on each other.
+    """The smallest y with rows y = values, or None if the rows depend on each other.
 
     Args:
         rows: (r, n), each of about unit length.

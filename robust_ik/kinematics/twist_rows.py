@@ -10,11 +10,11 @@ from robust_ik.errors import InputError
 
 ROWS = ("x", "y", "z", "wx", "wy", "wz")
 DEFICIENT = 1e-3
-"""Of the largest singular value: a file that rounds π/2 leaves ratios of 1e-5 where there should be none."""
+"""Singular values of at most this fraction of the largest count as 0: a file that rounds π/2 leaves ratios of 1e-5."""
 
 
 def checked_rows(rows: Sequence[str]) -> tuple[str, ...]:
-    """Some of the six rows, each at most once.
+    """The rows as a tuple, if each is one of the six and given once.
 
     Raises:
         InputError: They are not; the message says what was given.
@@ -26,10 +26,10 @@ def checked_rows(rows: Sequence[str]) -> tuple[str, ...]:
 
 
 def movable_rows(rows: Sequence[str], deficient: Callable[[tuple[str, ...]], bool]) -> tuple[str, ...]:
-    """The rows if an arm's Jacobian has full rank in them somewhere, else those of the tip's position that it can move.
+    """The rows, if an arm's Jacobian has full rank in them somewhere, else the position rows in which its tip can move.
 
-    An arm with fewer joints than task rows is singular everywhere in them; what it can do is move its tip. Rotations
-    are added only where a single position row is left.
+    An arm with fewer joints than task rows is singular everywhere in them; it can still move its tip. Rotations are
+    added only if a single position row is left.
 
     Args:
         rows: Task rows.
@@ -46,5 +46,5 @@ def movable_rows(rows: Sequence[str], deficient: Callable[[tuple[str, ...]], boo
 
 
 def always_deficient(s: Array, rows: int, joints: int) -> bool:
-    """Whether no Jacobian of many samples has full rank, by their singular values (N, k)."""
+    """Whether none of many sample Jacobians has full rank, from their singular values (N, k)."""
     return rows > joints or bool((s[:, -1] <= DEFICIENT * s[:, 0]).all())

@@ -1,4 +1,4 @@
-"""Inverse kinematics of poses, positions and partial poses, inside joint limits. Arrays only."""
+"""Inverse kinematics of poses, positions and partial poses, within joint limits. Arrays only."""
 
 from robust_ik.pose_ik.inputs import wanted_rows
 from robust_ik.pose_ik.options import PoseOptions

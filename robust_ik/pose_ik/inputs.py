@@ -1,4 +1,4 @@
-"""Targets and configurations to begin with, as arrays that kernels take."""
+"""Converts targets and initial configurations to arrays for kernels."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ FARTHEST = 1e9
 def wanted_rows(
     target: ArrayLike, rows: Sequence[str] | None, default: tuple[str, ...], *, many: bool = False
 ) -> Sequence[str] | None:
-    """The rows of a target, None for the default ones: of a position, those of them that are positions.
+    """The wanted rows of a target, None for the default ones; for a position only position rows.
 
     Raises:
-        InputError: Rotations are wanted of a position.
+        InputError: Rows of rotation are asked for a position.
     """
     try:
         shape = np.shape(target)
-    except ValueError:  # ragged, which is refused later
+    except ValueError:  # ragged, refused later
         return rows
     if (shape != (3,) and not many) or shape[-1:] != (3,):
         return rows
@@ -40,7 +40,7 @@ def wanted_rows(
 
 
 def as_pose(target: ArrayLike) -> Array:
-    """A pose (4, 4) or a position (3,) → (4, 4), not checked any further: the kernel does."""
+    """A pose (4, 4) or a position (3,) as (4, 4); the kernel checks its numbers."""
     if type(target) is np.ndarray and target.shape == (4, 4):
         return target
     T = plain(target, "target")
@@ -54,7 +54,7 @@ def as_pose(target: ArrayLike) -> Array:
 
 
 def as_start(q0: ArrayLike, rest: Array) -> Array:
-    """One configuration, not checked any further: the kernel does."""
+    """One configuration (nq,); the kernel checks its numbers."""
     if type(q0) is np.ndarray and q0.shape == rest.shape:
         return q0
     q = plain(q0, "q0")
@@ -65,12 +65,17 @@ def as_start(q0: ArrayLike, rest: Array) -> Array:
 
 
 def plain(value: ArrayLike, name: str) -> Array:
-    """A copy that is C-contiguous, of doubles."""
+    """A C-contiguous copy, of doubles."""
     return np.array(as_array(value, name, ()), dtype=float, order="C")
 
 
 def as_poses(targets: ArrayLike, unit: float = 1.0) -> Array:
-    """Poses (..., 4, 4) or positions (..., 3) → rigid poses, (..., 4, 4); unit: of what is far."""
+    """Poses (..., 4, 4) or positions (..., 3) as rigid poses, (..., 4, 4), checked.
+
+    Args:
+        targets: Poses or positions.
+        unit: Positions beyond FARTHEST times this, m, are refused.
+    """
     T = as_array(targets, "targets", ())
     if T.ndim and T.shape[-1] == 3:
         T = _with_position(T)
@@ -82,12 +87,12 @@ def as_poses(targets: ArrayLike, unit: float = 1.0) -> Array:
 
 
 def as_starts(q0: ArrayLike, rest: Array) -> Array:
-    """Configurations, (..., nq)."""
+    """Configurations (..., nq), checked."""
     return check_far(as_array(q0, "q0", rest.shape), "q0")
 
 
 def check_far(array: Array, name: str, unit: float = 1.0) -> Array:
-    """Refuses numbers whose squares are of no use."""
+    """Refuses numbers whose squares have lost all precision."""
     farthest = FARTHEST * unit
     if (np.abs(array) > farthest).any():
         raise InputError(f"{name} must lie within {farthest:g} m or rad, got {np.abs(array).max():g}")
@@ -101,7 +106,7 @@ def _with_position(p: Array) -> Array:
 
 
 def refuse(target: Array, q0: Array, rest: Array, unit: float = 1.0) -> NoReturn:
-    """Says why the kernel refused a target or a q0."""
+    """Raises the error for a target or q0 that the kernel refused."""
     check_far(checked_rigid(target, "target")[:3, 3], "target", unit)
     check_far(as_array(q0, "q0", rest.shape), "q0")
     raise InputError("q0 must hold cosine and sine of continuous joints, of length 1; Robot.configuration makes them")

@@ -1,4 +1,4 @@
-"""How inverse kinematics is to search: checked, and as numbers that kernels read."""
+"""Options of inverse kinematics: checked, and packed for kernels."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ Effort = Literal["normal", "thorough"]
 
 
 class PoseOptions(TypedDict, total=False):
-    """What `Robot.solve_pose` is told besides the target.
+    """Options of `Robot.solve_pose`.
 
     Attributes:
-        prefer: Which solution, where there are several. "nearest" (default): that of a search from q0, else the first
-            found; with thorough effort, or more solutions, the nearest in joint values of all that were found. "any":
-            the first found, q0 aside, which is fastest. "limits": of 8 distinct ones or more, that with the largest
-            least distance to a limit, as a share of half the joint's range. "singularity": that with the largest least
-            singular value, rotations times the length scale.
+        prefer: Which solution to return if there are several. "nearest" (default): the one found from q0, else the
+            first found; with thorough effort or several solutions, the one nearest to q0 in joint values.
+            "any": the first found without a start from q0, which is fastest. "limits": of 8 distinct ones or more, the
+            one whose least distance to a limit, as a fraction of half the joint's range, is largest. "singularity": the
+            one with the largest least singular value, rotations times the length scale.
         solutions: How many distinct ones to look for, 1 to 64; fewer may exist, or be found.
-        effort: "normal", or "thorough" for the last percent where the target is out of reach, or for the best of 32
-            solutions: a few milliseconds.
+        effort: "normal", or "thorough", which gains the last percent of distance if the target is out of reach, or
+            compares 32 solutions: a few milliseconds.
         position_tolerance: Of a solution, m; default 1e-8 times the robot's length scale, which is 1 m for usual ones.
         rotation_tolerance: Of a solution, rad; default 1e-8.
-        length_scale: L, m per rad: what a rotation weighs against a distance; default the robot's, 1 for usual ones.
-        apart: Solutions differ in some joint by so much, full turns aside, rad, or times the robot's length scale
-            where it slides; default 0.1.
+        length_scale: L, m per rad: the weight of rotations against distances; default the robot's, 1 for usual ones.
+        apart: Least difference of two solutions in some joint, modulo full turns, rad, or times the robot's length
+            scale for a joint that slides; default 0.1.
         rng: For random starts; by default the same ones for every call.
     """
 
@@ -52,11 +52,11 @@ PREFERENCES = {
 }
 EFFORTS = ("normal", "thorough")
 POSITION_TOLERANCE = 1e-8
-"""Of the unit of lengths. Chosen: far above rounding, far below what arms repeat."""
+"""Tolerance of positions, in units of length. Chosen: far above rounding, far below what arms repeat."""
 CANDIDATES, MORE_CANDIDATES = 8, 32
-"""Solutions that are compared where one has to be chosen, with normal and with thorough effort."""
+"""Solutions that are compared if the best one is asked for, with normal and with thorough effort."""
 STARTS, STARTS_EACH = 24, 16
-"""Starts after which no more solutions are looked for, and how many more for each that is wanted."""
+"""Starts after which no more solutions are looked for, and further starts for each solution wanted."""
 
 
 def pack_options(
@@ -71,10 +71,10 @@ def pack_options(
     seed: int,
     unit: float = 1.0,
 ) -> Array:
-    """See `kernels.pose_layout`; the arguments are those of `PoseSolver.solve`, and the unit of lengths of kernels.
+    """The options as a vector for kernels, see `kernels.pose.pose_layout`; arguments as for `PoseSolver.solve`.
 
     Raises:
-        InputError: One of them cannot be meant.
+        InputError: One of them is not valid.
     """
     if not isinstance(prefer, str) or prefer not in PREFERENCES:
         raise InputError(f"prefer must be one of {', '.join(PREFERENCES)}, got {prefer!r}")

@@ -1,4 +1,4 @@
-"""A chain, its limits and the wanted rows as one vector of numbers, with a table of starts: what kernels read."""
+"""Packs a chain, its limits, the wanted rows and a table of starts into one vector for kernels."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from robust_ik.pose_ik.span import find_span
 
 
 def pack(chain: Chain, lower: Array, upper: Array, rows: tuple[str, ...]) -> Array:
-    """See `kernels.pose_layout`.
+    """The vector that kernels read, see `kernels.pose.pose_layout`.
 
     Raises:
         InputError: No joint moves the frame, too many do, or limits are reversed.
@@ -42,7 +42,7 @@ def pack(chain: Chain, lower: Array, upper: Array, rows: tuple[str, ...]) -> Arr
         row[:] = _joint(chain, joint, float(lower[joint]), float(upper[joint]))
     table = np.zeros((lay.FEATURES + k + 3) * lay.ENTRIES)
     problem = np.concatenate([head, joints.ravel(), own, table])
-    from robust_ik.kernels.pose.start_table import fill_table  # imports Numba, half a second: only where it is needed
+    from robust_ik.kernels.pose.start_table import fill_table  # takes half a second, since it imports Numba
 
     fill_table(problem)
     return readonly(problem)
@@ -61,7 +61,7 @@ def _check(chain: Chain, moving: NDArray[np.int_], lower: Array, upper: Array) -
 
 
 def _symmetric(chain: Chain) -> bool:
-    """Whether the first joint turns the whole arm and the last one the tool, each alone."""
+    """Whether the first joint alone turns the whole arm, and the last one alone turns the tool."""
     alone = [(chain.column == chain.column[i]).sum() == 1 for i in (0, -1)]
     return len(chain) > 1 and all(alone) and not chain.sliding[[0, -1]].any()
 

@@ -1,4 +1,4 @@
-"""What inverse kinematics answers: a configuration, and how close it comes. Arrays only."""
+"""Results of inverse kinematics: a configuration, and how close it comes to the target. Arrays only."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from robust_ik.kernels.pose import pose_layout as lay
 
 
 class PoseStatus(Enum):
-    """How an inversion went; the value says what that means."""
+    """Status of an inversion; its value is the explanation."""
 
     SOLVED = "The target is reached within the tolerances, inside joint limits."
     CLOSEST = "The target was not reached: this is the closest configuration that was found."
@@ -27,16 +27,16 @@ STATUSES = (PoseStatus.SOLVED, PoseStatus.CLOSEST, PoseStatus.OUT_OF_REACH)
 
 
 class Solver(Protocol):
-    """What a result is of: a `PoseSolver`."""
+    """The solver of a result: a `PoseSolver`."""
 
     def singular_values(self, q: Array) -> Array:
-        """Of the Jacobian in the wanted rows, (..., nq) → (..., k), descending."""
+        """Singular values of the Jacobian in the wanted rows, (..., nq) → (..., k), descending."""
 
 
 class PoseResult:
-    """A configuration that reaches a pose, or comes closest to it. It cannot be changed.
+    """A configuration that reaches a pose, or the closest one that was found. It is immutable.
 
-    No dataclass: making a frozen one takes a tenth of the time of a whole solve.
+    It is no dataclass: making a frozen one takes a tenth of the time of a whole solve.
     """
 
     __slots__ = ("_numbers", "_q", "_solver")
@@ -48,12 +48,12 @@ class PoseResult:
 
     @property
     def solutions(self) -> Array:
-        """What was found, the preferred one first, (s, nq); the closest alone where nothing reaches the target."""
+        """Solutions found, the preferred one first, (s, nq); the closest configuration alone if there is none."""
         return self._q[None]
 
     @property
     def solver(self) -> Solver:
-        """What found it."""
+        """The solver that made this result."""
         return self._solver
 
     def __repr__(self) -> str:
@@ -61,7 +61,7 @@ class PoseResult:
 
     @property
     def status(self) -> PoseStatus:
-        """How it went."""
+        """Status of the inversion."""
         return STATUSES[int(self._numbers[lay.STATUS])]
 
     @property
@@ -76,12 +76,12 @@ class PoseResult:
 
     @property
     def iterations(self) -> int:
-        """Steps taken in all, those of starts that were given up included."""
+        """Steps taken in all, including those of starts that were given up."""
         return int(self._numbers[lay.ITERATIONS])
 
     @property
     def starts(self) -> int:
-        """Configurations that were started from."""
+        """How many starts were tried."""
         return int(self._numbers[lay.TRIED])
 
     @property
@@ -101,7 +101,7 @@ class PoseResult:
 
 
 class SeveralSolutions(PoseResult):
-    """Of a search for several solutions."""
+    """Result of a search for several solutions."""
 
     __slots__ = ("_solutions",)
 
@@ -111,17 +111,17 @@ class SeveralSolutions(PoseResult):
 
     @property
     def solutions(self) -> Array:
-        """What was found, the preferred one first, (s, nq)."""
+        """Solutions found, the preferred one first, (s, nq)."""
         return self._solutions
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PoseResults:
-    """Configurations that reach many poses, or come closest to them.
+    """Results for many targets: configurations that reach them, or the closest ones that were found.
 
     Attributes:
-        solutions: For each target, the preferred one first, (..., s, nq); NaN where fewer were found.
-        solver: What found them.
+        solutions: For each target, the preferred one first, (..., s, nq); NaN if fewer were found.
+        solver: The solver that made them.
     """
 
     solutions: Array
@@ -141,7 +141,7 @@ class PoseResults:
 
     @property
     def status(self) -> NDArray[np.object_]:
-        """How each went: an array of PoseStatus, (...)."""
+        """Status for each target: an array of PoseStatus, (...)."""
         numbers = self._numbers[..., lay.STATUS].astype(int)
         return np.asarray(np.array(STATUSES, dtype=object)[numbers])
 
@@ -163,12 +163,12 @@ class PoseResults:
 
     @property
     def iterations(self) -> NDArray[np.int_]:
-        """Steps taken for each, (...)."""
+        """Steps taken for each target, (...)."""
         return self._numbers[..., lay.ITERATIONS].astype(int)
 
     @property
     def starts(self) -> NDArray[np.int_]:
-        """Configurations that were started from, (...)."""
+        """How many starts were tried for each target, (...)."""
         return self._numbers[..., lay.TRIED].astype(int)
 
     @property

@@ -1,4 +1,4 @@
-"""A problem in an arm's own unit of length in the place of the metre. Arrays only."""
+"""A pose problem in the arm's own unit of length instead of the metre. Arrays only."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from robust_ik.kinematics.chain import Chain
 
 @dataclass(frozen=True, eq=False)
 class PoseUnits:
-    """What lengths are divided by on their way to kernels, and multiplied by on their way back.
+    """Units by which lengths are divided for kernels, and multiplied in their results.
 
     Attributes:
-        length: The unit, m; a power of two rounds nothing.
-        joints: Units of the robot's n joints: `length` of those that slide, else 1, (n,).
-        q: The same of the entries of q, (nq,).
+        length: The unit, m; for a power of two nothing is rounded.
+        joints: Units of the robot's n joints: `length` for those that slide, else 1, (n,).
+        q: The same for the entries of q, (nq,).
     """
 
     length: float
@@ -27,7 +27,7 @@ class PoseUnits:
 
     @classmethod
     def of(cls, chain: Chain, length: float) -> PoseUnits:
-        """Of a chain: a joint slides if all that follows it does."""
+        """The units of a chain's joints: a joint slides if all that follow it do."""
         joints, q = np.ones(chain.n), np.ones(chain.nq)
         for column, place in zip(chain.column, chain.place):
             if chain.sliding[chain.column == column].all():
@@ -43,12 +43,12 @@ class PoseUnits:
         return replace(chain, origins=chain.origins / self.length, factor=factor, shift=shift, tip=tip)
 
     def targets(self, T: Array) -> Array:
-        """Poses (..., 4, 4)."""
+        """Poses (..., 4, 4) with positions in these units."""
         scaled = T.copy()
         scaled[..., :3, 3] /= self.length
         return scaled
 
     def restore(self, q: Array, numbers: Array) -> None:
-        """Configurations and results of kernels in metres, in their place."""
+        """Converts configurations and results of kernels to metres, in place."""
         q *= self.q
         numbers[..., lay.POSITION_ERROR] *= self.length

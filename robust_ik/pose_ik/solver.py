@@ -1,4 +1,4 @@
-"""PoseSolver: inverse kinematics of one frame in some rows, prepared once; many targets in pieces. Arrays only."""
+"""PoseSolver: inverse kinematics of one frame in some rows, prepared once, for single and many targets. Arrays only."""
 
 from __future__ import annotations
 
@@ -26,26 +26,30 @@ from robust_ik.pose_ik.scaled_problem import PoseUnits
 from robust_ik.runtime.parallel import run_pieces
 
 ROTATION_TOLERANCE, APART = 1e-8, 0.1
-"""Defaults, rad. Chosen: 1e-8 is far above rounding; solutions of two branches usually differ by more than 0.1."""
+"""Default tolerances, rad.
+
+Chosen: 1e-8 is far above rounding; solutions of two branches usually differ by more than 0.1.
+"""
 USUAL = ("nearest", 1, "normal", None, ROTATION_TOLERANCE, None, APART)
 MOST_KEPT = 64
-"""Sets of options that a solver keeps as kernels read them."""
+"""Most sets of options that a solver keeps packed for kernels."""
 
 PIECE = 1024
-"""Targets in a piece: the same whatever does them."""
+"""Targets in a piece: the same for any number of workers."""
 
 
 @dataclass(frozen=True, eq=False)
 class PoseSolver:
-    """Inverts the pose of a frame, in some rows, inside joint limits; `Robot.pose_solver` makes it.
+    """Inverse kinematics of one frame, in some rows, within joint limits; `Robot.pose_solver` makes it.
 
-    Damped least squares with an active set of limits from q0, then from a table of configurations whose poses are near,
-    then from random ones; each start is given up as soon as it falls behind. Where nothing reaches the target, the best
-    are polished by Newton's method. The same input gives the same bits, one by one, in batches and on threads.
+    Damped least squares with an active set of limits starts from q0, then from a table of configurations with near
+    poses, then from random ones; a start is given up as soon as it falls behind. If no start reaches the target, the
+    best ones are polished by Newton's method. The same input gives the same bits, one by one, in batches and on
+    threads.
 
     Attributes:
-        chain: What moves the frame.
-        lower: Of the n joints, rad or m.
+        chain: The joints that move the frame.
+        lower: Limits of the n joints, rad or m.
         upper: The same.
         rest: Where a search begins without a q0, (nq,).
         rows: Wanted rows, of x y z wx wy wz.
@@ -64,7 +68,7 @@ class PoseSolver:
 
     @cached_property
     def problem(self) -> Array:
-        """What kernels read, with the table of starts."""
+        """The packed problem for kernels, with the table of starts."""
         if self.units is None:
             return pack(self.chain, self.lower, self.upper, self.rows)
         joints = self.units.joints
@@ -72,7 +76,7 @@ class PoseSolver:
 
     @cached_property
     def units(self) -> PoseUnits | None:
-        """What lengths of kernels are in, None for metres."""
+        """The units of lengths in kernels; None for metres."""
         return None if self.unit == 1.0 else PoseUnits.of(self.chain, self.unit)
 
     @cached_property
@@ -87,9 +91,10 @@ class PoseSolver:
 
     @cached_property
     def quickly(self) -> Callable[[Any, Any], PoseResult | None]:
-        """`solve` where nothing is said of options, half a microsecond faster; None unless given arrays of doubles.
+        """`solve` with default options, half a microsecond faster.
 
-        None, too, where lengths are not in metres.
+        It returns None, so that `solve` has to be called, unless arguments are arrays of doubles and lengths are in
+        metres.
         """
         if self.units is not None:
             return lambda target, q0: None  # noqa: ARG005
@@ -118,14 +123,14 @@ class PoseSolver:
         apart: float = APART,
         rng: np.random.Generator | None = None,
     ) -> PoseResult:
-        """A configuration at a target; see `Robot.solve_pose`."""
+        """A configuration that reaches the target, or the closest; see `Robot.solve_pose`."""
         setup = self._prepared(
             prefer, solutions, effort, position_tolerance, rotation_tolerance, length_scale, apart, rng
         )
         T, start = as_pose(target), self.rest if q0 is None else as_start(q0, self.rest)
         q, numbers = np.empty((setup.wanted, len(self.rest))), np.empty(lay.NUMBERS)
         if not self._ask(setup, T, start, q, numbers):
-            # Another type of number or layout, or what cannot be meant.
+            # Arrays of another type or layout, or arguments that are not valid.
             T, start = as_pose(plain(target, "target")), as_start(plain(start, "q0"), self.rest)
             if not self._ask(setup, T, start, q, numbers):
                 refuse(T, start, self.rest, self.unit)
@@ -134,7 +139,7 @@ class PoseSolver:
         return SeveralSolutions(q[: min(max(int(numbers[lay.FOUND]), 1), int(solutions))], numbers, self)
 
     def _ask(self, setup: Setup, T: Array, start: Array, q: Array, numbers: Array) -> bool:
-        """What the kernel says of one target, whether it takes it."""
+        """Calls the kernel for one target; False if it refuses target or start."""
         if self.units is None:
             return bool(self._kernel(setup.address, T, start, q, numbers))
         taken = self._kernel(setup.address, self.units.targets(T), start / self.units.q, q, numbers)
@@ -159,7 +164,7 @@ class PoseSolver:
         executor: Executor | None = None,
         progress: Callable[[int, int], None] | None = None,
     ) -> PoseResults:
-        """Configurations at many targets; see `Robot.solve_poses`."""
+        """Configurations that reach the targets, or the closest ones; see `Robot.solve_poses`."""
         options = self._prepared(
             prefer, solutions, effort, position_tolerance, rotation_tolerance, length_scale, apart, rng
         ).options
@@ -180,26 +185,26 @@ class PoseSolver:
         return PoseResults(q.reshape(*shape, *q.shape[1:]), self, numbers.reshape(*shape, lay.NUMBERS))
 
     def singular_values(self, q: Array) -> Array:
-        """Of the Jacobian in the wanted rows, (..., nq) → (..., k), descending."""
+        """Singular values of the Jacobian in the wanted rows, (..., nq) → (..., k), descending."""
         q = as_array(q, "q", (self.chain.nq,))
         J = self.chain.jacobians(q, "local_world_aligned")
         return singular_values(J[..., [ROWS.index(row) for row in self.rows], :])
 
     def _prepared(self, *given: Any) -> Setup:
-        """Options as kernels read them; kept where there is no generator."""
+        """The options packed for kernels; kept for the next call unless there is a generator."""
         rng = given[-1]
         if rng is not None:
             if not isinstance(rng, np.random.Generator):
                 raise InputError(f"rng must be a numpy Generator or None, got {rng!r}")
             return Setup(self.problem, self._packed(given, int(rng.integers(2**53))))
-        key = (*given, *map(type, given))  # True is not 1 here
+        key = (*given, *map(type, given))  # with types, since True == 1
         try:
             return self._setups[key]
         except (KeyError, TypeError):
             made = Setup(self.problem, self._packed(given, 0))
         if len(self._setups) >= MOST_KEPT:
             self._setups.clear()
-        with suppress(TypeError):  # arrays of one number cannot be kept by
+        with suppress(TypeError):  # an array is no key of a dictionary
             self._setups[key] = made
         return made
 
@@ -208,12 +213,12 @@ class PoseSolver:
 
 
 class Setup:
-    """What a kernel is told about every target alike.
+    """What a kernel needs besides the target: the problem and the options.
 
     Attributes:
-        options: As kernels read them.
+        options: The packed options.
         wanted: How many solutions are compared.
-        address: Of the addresses of all that it reads.
+        address: Address of the array that holds the addresses of NumPy's array class, problem and options.
     """
 
     def __init__(self, problem: Array, options: Array) -> None:
@@ -227,7 +232,7 @@ Done = tuple[Array, Array]
 
 
 class Piece(NamedTuple):
-    """Some targets."""
+    """Targets that are solved together, with their options."""
 
     targets: Array
     q0: Array
@@ -236,7 +241,7 @@ class Piece(NamedTuple):
 
 
 def cut(targets: Array, q0: Array, options: Array, solutions: int) -> list[Piece]:
-    """Targets (N, 4, 4) with q0 (N, nq) or (1, nq), in pieces."""
+    """Splits targets (N, 4, 4) with q0 (N, nq) or (1, nq) into pieces."""
     return [
         Piece(targets[i : i + PIECE], q0 if len(q0) == 1 else q0[i : i + PIECE], options, solutions)
         for i in range(0, len(targets), PIECE)
@@ -245,7 +250,7 @@ def cut(targets: Array, q0: Array, options: Array, solutions: int) -> list[Piece
 
 def solve_piece(solver: PoseSolver, piece: Piece) -> Done:
     """Solutions (N, s, nq) and numbers of one piece."""
-    from robust_ik.kernels.pose.pose_search import solve_many  # imports Numba, half a second: only where it is needed
+    from robust_ik.kernels.pose.pose_search import solve_many  # takes half a second, since it imports Numba
 
     wanted, count = int(piece.options[lay.WANTED]), len(piece.targets)
     q, numbers = np.full((count, wanted, solver.chain.nq), np.nan), np.empty((count, lay.NUMBERS))
@@ -264,7 +269,7 @@ def run(
     """The results of all pieces, in their order.
 
     Raises:
-        InputError: `threads` is no count.
+        InputError: `threads` is not a whole number of at least 1.
     """
     if isinstance(threads, bool) or not isinstance(threads, (int, np.integer)) or threads < 1:
         raise InputError(f"threads must be a whole number of at least 1, got {threads!r}")

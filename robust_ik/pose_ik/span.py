@@ -1,4 +1,4 @@
-"""How far a chain's links span: a bound on where its frame can be, whatever its joints that turn do."""
+"""Span of a chain's links: a bound on the distance of its frame, whatever the angles of its joints."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from robust_ik.checks import Array
 from robust_ik.kinematics.chain import Chain
 
 ROUNDS = 60
-"""Of reweighting. Chosen: of eight arms the bound is then within 1 mm of its least, 1.6 mm after 40."""
+"""Number of reweightings. Chosen: for eight arms the bound is then within 1 mm of its least, 1.6 mm after 40."""
 MOST_CORNERS = 6
-"""Sliding joints with some travel between two that turn; more are not bounded."""
+"""Most sliding joints with some travel between two that turn; with more of them there is no bound."""
 SHORTEST = 1e-9
-"""Gaps between axes count as at least so much, of the unit of lengths."""
+"""Gaps between axes count as at least this, in units of length."""
 
 
 @dataclass(frozen=True, eq=False)
 class Span:
-    """A point of the tool is never farther than a distance from a point of the world.
+    """A bound: a point of the tool is never farther than `distance` from a point of the world.
 
     Attributes:
-        centre: In the world, (3,), m.
+        centre: The point of the world, (3,), m.
         carried: The point of the tool, in its own frame, (3,), m.
-        distance: m; infinite where that is not known.
+        distance: m; infinite if unknown.
     """
 
     centre: Array
@@ -35,14 +35,14 @@ class Span:
 
 
 def find_span(chain: Chain, lower: Array, upper: Array, *, oriented: bool) -> Span:
-    """The sum of the lengths of links, each from a point on one axis to a point on the next, made small.
+    """The sum of the lengths of links, made small; each link joins a point on one axis to a point on the next.
 
-    Any choice of points on the axes that turn gives a bound, since their distances stay as they are. A sum of lengths
-    is convex in where the points are, and reweighted least squares find its minimum.
+    Any choice of points on the axes of turning joints gives a bound, since the distances of these points do not change.
+    A sum of lengths is convex in the positions of the points, and reweighted least squares find its minimum.
 
     Args:
-        chain: What moves the frame.
-        lower: Of the robot's n joints, (n,).
+        chain: The joints that move the frame.
+        lower: Limits of the robot's n joints, (n,).
         upper: The same.
         oriented: Whether the frame's rotation is known: the point may then lie on the last axis.
 
@@ -68,7 +68,7 @@ def find_span(chain: Chain, lower: Array, upper: Array, *, oriented: bool) -> Sp
 
 
 def at_zero(chain: Chain, slid: Array) -> tuple[Array, Array, Array]:
-    """Axes, points on them and the frame where joints that turn are at zero."""
+    """Axes, points on them, and the pose of the frame, with turning joints at zero and sliding ones at `slid`."""
     T, axes, origins = np.eye(4), np.empty((len(chain), 3)), np.empty((len(chain), 3))
     for i in range(len(chain)):
         T[:3, 3] += T[:3, :3] @ chain.origins[i]
@@ -79,7 +79,7 @@ def at_zero(chain: Chain, slid: Array) -> tuple[Array, Array, Array]:
 
 
 def _closest(nodes: Array, directions: Array) -> Array:
-    """Where on their lines points make the sum of distances from one to the next small."""
+    """Positions of points along their lines that make the sum of distances from one to the next small."""
     along = np.zeros(len(nodes))
     for _ in range(ROUNDS):
         gaps = np.diff(nodes + along[:, None] * directions, axis=0)
@@ -96,7 +96,7 @@ def _closest(nodes: Array, directions: Array) -> Array:
 
 
 def _farthest(link: Array, axes: Array, half: Array) -> float:
-    """The greatest length of a link with what joints that slide add to it, either way: at a corner."""
+    """The greatest length of a link over the travel of the sliding joints in it; it is attained at a corner."""
     axes, half = axes[half > 0], half[half > 0]
     if len(half) > MOST_CORNERS or not np.isfinite(half).all():
         return math.inf

@@ -1,4 +1,4 @@
-"""The configuration to start from where nobody states one: zero, or near it where zero is singular. Arrays only."""
+"""Default start configuration: zero, or near it if zero is singular. It uses arrays only."""
 
 from __future__ import annotations
 
@@ -9,30 +9,30 @@ import numpy as np
 from robust_ik.checks import Array
 
 SAMPLES = 32
-"""So many random configurations tell, by their median, what is usual of an arm."""
+"""Number of random configurations; the medians of their singular values are what is usual for an arm."""
 SINGULAR, REGULAR = 0.01, 0.5
-"""Of the usual least singular value: what zero has when it counts as singular, what a start has when it is good."""
+"""Fractions of the usual least singular value: below SINGULAR zero is singular, from REGULAR on a start is good."""
 STEPS = (1, -1, 2, -2)
-"""How far a joint is moved for a trial, in units of 45° or of a quarter of the arm's length scale."""
+"""Displacements of a joint that are tried, in units of 45° or of a quarter of the arm's length scale."""
 MARGIN = 0.05
-"""The part of a joint's range that stays free at each end."""
+"""Fraction of a joint's range that stays free at each end."""
 FLOOR = 1e-4
-"""Singular values below this part of the usual count as equal, so that rounding decides nothing."""
+"""Singular values below this fraction of the usual ones count as equal, so that rounding decides nothing."""
 BETTER = 1e-6
-"""What a trial must be better by than one before it: of mirrored postures, which are equal, the first is taken."""
+"""Least increase of the score over an earlier trial: of mirrored postures, which are equal, the first is taken."""
 
 
 def default_rest(jacobian: Callable[[Array], Array], lower: Array, upper: Array, unit: Array, samples: Array) -> Array:
-    """Zero moved inside the limits, with a few joints bent where the tip has lost a motion there.
+    """Zero moved inside the limits, with a few joints bent if the tip has lost a motion there.
 
-    Joints are bent one after the other, each time the one and as far as helps the singular values most, until the
-    least is half of what it usually is.
+    Joints are bent one after the other, until the least singular value is half the usual one. Each time the joint and
+    the displacement are taken that increase the singular values most.
 
     Args:
         jacobian: The tip's Jacobian in the arm's own unit of length, (m, n), from joint values (n,).
         lower: Lower limits, (n,).
         upper: Upper limits, (n,).
-        unit: By what each joint is moved, rad or m, (n,).
+        unit: Unit of the displacement of each joint, rad or m, (n,).
         samples: Joint values of random configurations, (N, n).
 
     Returns:
@@ -83,5 +83,5 @@ def _trials(values: Array, lower: Array, upper: Array, unit: Array) -> list[Arra
 
 
 def _score(sigma: Array, usual: Array) -> float:
-    """Higher where every singular value is nearer to what it usually is; what is more than usual does not count."""
+    """A score that is higher the nearer each singular value is to its usual value; larger values do not add to it."""
     return float(np.log(np.clip(sigma / usual, FLOOR, 1.0)).sum())

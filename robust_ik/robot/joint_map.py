@@ -1,4 +1,4 @@
-"""From the n independent joints to Pinocchio's configuration vector: continuous joints, mimic joints."""
+"""Maps the n independent joints to Pinocchio's configuration vector: continuous joints, mimic joints."""
 
 from __future__ import annotations
 
@@ -18,24 +18,27 @@ from robust_ik.errors import InputError
 Mask = NDArray[np.bool_]
 
 UNIT_CIRCLE_TOLERANCE = 1e-6
-"""How far a (cos, sin) may be from length 1. Chosen: integration and files of seven digits pass, mistakes do not."""
+"""Largest difference of a (cos, sin) from length 1.
+
+Chosen: integration and files of seven digits pass, mistakes do not.
+"""
 FLOAT = np.dtype(float)
 
 
 @dataclass(frozen=True, eq=False)
 class JointMap:
-    """How joint values, q of the independent joints and Pinocchio's q of all joints belong together.
+    """Maps between joint values, q of the independent joints, and Pinocchio's q of all joints.
 
     A continuous joint has one value, an angle, and two entries of q, its cosine and sine. A mimic joint has a value
     multiplier · source + offset and no entry in q.
 
     Attributes:
         names: Independent joints, in Pinocchio's order.
-        continuous: Which of them turn without end, (n,).
+        continuous: Which of them are continuous, (n,).
         prismatic: Which of them slide, (n,).
         mixing: Values of all joints = mixing @ values + offsets, (N, n).
         offsets: (N,).
-        circling: Which of all joints turn without end, (N,).
+        circling: Which of all joints are continuous, (N,).
     """
 
     names: tuple[str, ...]
@@ -47,7 +50,7 @@ class JointMap:
 
     @classmethod
     def of(cls, description: Description, model_names: list[str]) -> Self:
-        """The map for a model whose joints are `model_names`, which hold the source of every mimic joint."""
+        """The map for a model with the joints `model_names`, among them the source of every mimic joint."""
         joints = [description.joint[name] for name in model_names]
         names = [joint.name for joint in joints if joint.mimic is None]
         mixing, offsets = np.zeros((len(joints), len(names))), np.zeros(len(joints))
@@ -70,7 +73,7 @@ class JointMap:
             getattr(self, name).setflags(write=False)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # Through the constructor, so that copies are read-only too.
+        # Through the constructor, since copies must be read-only too.
         return type(self), tuple(getattr(self, each.name) for each in fields(self))
 
     @cached_property
@@ -80,11 +83,11 @@ class JointMap:
 
     @cached_property
     def independent(self) -> bool:
-        """Whether no joint follows another, so that q is Pinocchio's."""
+        """Whether no joint follows another, so that q is Pinocchio's q."""
         return len(self.offsets) == len(self.names)
 
     def all_joints(self, q: Array) -> Array:
-        """Q (nq,) → Pinocchio's q of all joints."""
+        """Pinocchio's q of all joints, from q (nq,)."""
         return q if self.independent else _to_q(self.mixing @ self.values(q) + self.offsets, self.circling)
 
     def configuration(self, values: Array) -> Array:
@@ -92,7 +95,7 @@ class JointMap:
         return _to_q(values, self.continuous)
 
     def values(self, q: Array) -> Array:
-        """Q (..., nq) → joint values (..., n), angles of continuous joints in (−π, π]."""
+        """Joint values (..., n) of q (..., nq), angles of continuous joints in (−π, π]."""
         if not self.continuous.any():
             return q.copy()
         values = q[..., self.first]
@@ -102,15 +105,15 @@ class JointMap:
 
     @cached_property
     def first(self) -> NDArray[np.int_]:
-        """Where each joint's entry of q stands, the cosine for a continuous one, (n,)."""
+        """Index in q of each joint, of its cosine for a continuous one, (n,)."""
         before: NDArray[np.int_] = np.cumsum(self.continuous) - self.continuous
         return np.asarray(np.arange(len(self.names)) + before)
 
     def limits(self, description: Description, model_names: list[str]) -> tuple[Array, Array, Array]:
-        """Lower, upper and speed limits of the independent joints, (n,) each, those of their followers included.
+        """Lower, upper and speed limits of the independent joints, (n,) each, so that mimic joints keep theirs too.
 
-        A follower's position limits that leave its source no room, as where the sign of a mimic was forgotten (the
-        PR2's grippers), are passed over.
+        Position limits of a mimic joint that leave its source no room are ignored: in some files its sign is wrong
+        (the PR2's grippers).
         """
         joints = [description.joint[name] for name in model_names]
         lower, upper = np.full(len(self.names), -np.inf), np.full(len(self.names), np.inf)
@@ -128,14 +131,14 @@ class JointMap:
         return lower, upper, speed
 
     def checked(self, q: ArrayLike, robot: str) -> Array:
-        """Q as an array (..., nq) of finite numbers.
+        """Q as an array (..., nq) of finite numbers, checked.
 
         Args:
             q: What was given.
-            robot: Whose it is, for the message.
+            robot: The robot's name, for the message.
 
         Raises:
-            InputError: It is none, or its (cos, sin) pairs are not on the unit circle.
+            InputError: It is not such an array, or its (cos, sin) pairs are not on the unit circle.
         """
         array = q if self._is_plain(q) else self._as_array(q, robot)
         if len(self._turning):
@@ -143,7 +146,7 @@ class JointMap:
         return array
 
     def _is_plain(self, q: ArrayLike) -> TypeGuard[Array]:
-        """Whether q is one vector of numbers with a finite sum; asked in a fraction of the time of all checks."""
+        """Whether q is one vector of the right length with a finite sum: a quick test before the full checks."""
         return type(q) is np.ndarray and q.dtype is FLOAT and q.shape == (self.nq,) and math.isfinite(sum(q.tolist()))
 
     def _as_array(self, q: ArrayLike, robot: str) -> Array:
@@ -155,7 +158,7 @@ class JointMap:
 
     @cached_property
     def _turning(self) -> list[int]:
-        """Where q holds cosines."""
+        """Indices of cosines in q."""
         return [int(place) for place in self.first[self.continuous]]
 
     def _check_circles(self, q: Array) -> None:
@@ -182,7 +185,10 @@ class JointMap:
         return self.configuration(rng.uniform(*self.finite_limits(lower, upper), (*shape, len(self.names))))
 
     def finite_limits(self, lower: Array, upper: Array) -> tuple[Array, Array]:
-        """Limits (n,) with an end put where none is: a full turn or 2 m from the other; ±π or ±1 m where none is."""
+        """Limits (n,) with missing ones filled in.
+
+        A missing limit is a full turn or 2 m from the other one; if both are missing they are ±π or ±1 m.
+        """
         half = np.where(self.prismatic, 1.0, np.pi)
         low, high = np.isfinite(lower), np.isfinite(upper)
         return (
@@ -191,7 +197,7 @@ class JointMap:
         )
 
     def integrate(self, q: Array, dq: Array) -> Array:
-        """Q ⊕ dq: angles of continuous joints are turned, so that (cos, sin) keeps length 1."""
+        """Q ⊕ dq: angles of continuous joints are rotated, so that (cos, sin) keeps length 1."""
         if not self.continuous.any():
             return q + dq
         return self.configuration(self.values(q) + dq)

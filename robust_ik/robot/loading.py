@@ -1,4 +1,4 @@
-"""One verb for every kind of robot: a name, a URDF or xacro path, a DH file, a module of robot_descriptions."""
+"""Loads any kind of robot: by name, from a URDF or xacro path, a DH file, or a module of robot_descriptions."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from robust_ik.runtime.files import checked_folders
 
 URDF_SUFFIXES = (".urdf", ".xacro", ".xml")
 OTHER_XML = (".mjcf", ".sdf", ".srdf", ".world")
-"""Read as far as it takes to say what they are."""
+"""Files that are read only to say what they are."""
 _USD = (".usd", ".usda", ".usdc", ".usdz")
 
 
 @dataclass(frozen=True)
 class _Wishes:
-    """How a robot is to be loaded; see `load`."""
+    """The arguments of `load`."""
 
     tip: str | None
     package_dirs: Sequence[str | Path]
@@ -52,8 +52,8 @@ def load(
         robot: A name that `robust-ik robots` lists, the path of a `.urdf`, a `.xacro` (with xacrodoc installed) or a
             DH table (`.toml`), or a robot of robot_descriptions (if installed): "panda_description", or the module.
         tip: Link or joint frame to move. By default the documented tool frame of a known robot, else the end of the
-            one arm, which is the link that its fingers share; `Robot.notes` say where that was guessed.
-        package_dirs: Where packages lie that the URDF's mesh paths, or xacro's `$(find …)`, name.
+            one arm, which is the link that its fingers share; `Robot.notes` say if it was guessed.
+        package_dirs: Folders of packages for the URDF's mesh paths, or for xacro's `$(find …)`.
         rows: Task rows, of x y z wx wy wz; default all six, or those the DH table states.
         whole_tree: Keep every joint, also those that do not move the tip; then the tip may be left out.
         xacro_args: Values of the arguments of a xacro file.
@@ -63,7 +63,7 @@ def load(
 
     Raises:
         RobotNotFoundError: No such name, no such file.
-        LoadError: The file is broken, unsafe or not supported, or what reads it is not installed.
+        LoadError: The file is broken, unsafe or not supported, or the package that reads it is not installed.
         TipError: The tip is ambiguous (the message lists the candidates), or no joint moves it.
         FrameNotFoundError: There is no such tip (the message lists what exists).
     """
@@ -91,7 +91,7 @@ def _is_file(name: str) -> bool:
 
 
 def _load_other(name: str, suffix: str, wishes: _Wishes) -> Robot:
-    """Says what a file is that is neither a URDF nor a DH table; what is a URDF all the same is loaded."""
+    """Loads other XML files as a URDF is loaded; for any other file, raises an error that says what it is."""
     if suffix in OTHER_XML:
         return _load_file(name, wishes)
     if suffix in _USD:
@@ -118,7 +118,7 @@ def _load_file(path: str | Path, wishes: _Wishes) -> Robot:
 
 
 def _load_known(entry: Entry, wishes: _Wishes) -> Robot:
-    """A robot of the catalogue, under its name there, with its documented tip and rest where they apply."""
+    """A robot of the catalogue, under its name there, with its documented tip and rest if they apply."""
     known = entry.known
     if known is not None and wishes.tip is None and not wishes.whole_tree:
         wishes = replace(wishes, tip=known.tip)

@@ -1,4 +1,4 @@
-"""Pinocchio, wrapped once: builds models, asks them for kinematics, and reads off them what compiled kernels need.
+"""Pinocchio, wrapped in one place: builds models, computes kinematics, and extracts the constants for compiled kernels.
 
 The only place that imports Pinocchio.
 """
@@ -28,10 +28,10 @@ MAX_JOINTS = 200
 
 
 def joints_to_keep(description: Description, tip: str | None) -> set[str]:
-    """The joints that stay: those that move the tip (all for a whole tree), mimics with their sources.
+    """The joints to keep: those that move the tip (all for a whole tree), mimic joints with their sources.
 
     Raises:
-        UrdfError: One of them cannot move as it is written, or moves freely.
+        UrdfError: One of them cannot move as written, or is floating.
         TipError: There is none.
     """
     joints = description.joints if tip is None else description.chain(tip)
@@ -79,7 +79,7 @@ _REFERENCES = {name: getattr(pin.ReferenceFrame, name.upper()) for name in REFER
 
 
 def frame_pose(model: pin.Model, data: pin.Data, q: Array, frame: int) -> Array:
-    """The pose of a frame in the world, (4, 4), for any joints that Pinocchio has.
+    """The pose of a frame in the world, (4, 4), for any kind of Pinocchio's joints.
 
     Args:
         model: The model.
@@ -92,7 +92,7 @@ def frame_pose(model: pin.Model, data: pin.Data, q: Array, frame: int) -> Array:
 
 
 def frame_jacobian(model: pin.Model, data: pin.Data, q: Array, frame: int, reference: str) -> Array:
-    """The geometric Jacobian of a frame, (6, model.nv), for any joints that Pinocchio has.
+    """The geometric Jacobian of a frame, (6, model.nv), for any kind of Pinocchio's joints.
 
     Args:
         model: The model.
@@ -108,8 +108,8 @@ def frame_jacobian(model: pin.Model, data: pin.Data, q: Array, frame: int, refer
 def frame_hessian(model: pin.Model, data: pin.Data, q: Array, frame: int, reference: str) -> Array:
     """The derivative of `frame_jacobian`, [i, j, k] = ∂J_ij/∂v_k, (6, model.nv, model.nv).
 
-    Every joint of a `Robot` has one degree of freedom. Of joints with several (spherical, planar, free), Pinocchio's
-    Hessian leaves out how their columns change with the same joint.
+    Every joint of a `Robot` has one degree of freedom. For joints with several (spherical, planar, free), Pinocchio's
+    Hessian leaves out the derivatives of their columns with respect to the same joint.
 
     Args:
         model: The model.
@@ -127,16 +127,16 @@ def _kind(reference: str) -> Any:
     try:
         return _REFERENCES[reference]
     except (KeyError, TypeError):
-        number_of(reference)  # says what there is
+        number_of(reference)  # raises for an unknown reference
         raise
 
 
 @cache
 def _is_column_major() -> bool:
-    """Whether the bindings hand out kinematic Hessians as column-major memory labelled row-major, as version 4.1 does.
+    """Whether the bindings return kinematic Hessians as column-major memory labelled row-major, as version 4.1 does.
 
-    Seen on a planar arm of two links of 1 m: with both joints at zero, ∂J_y/∂q vanishes in the world's axes, and so
-    does ∂J_z/∂q; ∂J_x/∂q is −2, −1; −1, −1.
+    The test is a planar arm with two links of 1 m: with both joints at zero, in world axes, ∂J_y/∂q and ∂J_z/∂q are 0
+    and ∂J_x/∂q is −2, −1; −1, −1.
     """
     model = pin.Model()
     joint, link = 0, pin.SE3.Identity()
@@ -155,8 +155,8 @@ class PinocchioModel:
 
     Attributes:
         model: The Pinocchio model; a mimic joint is a joint of its own there.
-        joints: How its joints follow the independent ones.
-        frames: Frame name → index; where a link and a joint share a name, the link's frame is meant.
+        joints: The map from independent joints to its joints.
+        frames: Frame name → index; if a link and a joint share a name, that of the link.
     """
 
     def __init__(self, model: pin.Model, joints: JointMap) -> None:
@@ -171,7 +171,7 @@ class PinocchioModel:
 
     @property
     def _data(self) -> pin.Data:
-        """Working memory of this thread: calls of one robot from several threads do not meet."""
+        """Working memory of this thread, so that several threads may use one robot."""
         try:
             return self._of_thread.data
         except AttributeError:
@@ -196,21 +196,21 @@ class PinocchioModel:
         return self.frames[frame]
 
     def pose(self, q: Array, frame: int) -> Array:
-        """(nq,) → (4, 4)."""
+        """The pose of a frame, (nq,) → (4, 4)."""
         return frame_pose(self.model, self._data, self.joints.all_joints(q), frame)
 
     def jacobian(self, q: Array, frame: int, reference: str) -> Array:
-        """(nq,) → (6, n)."""
+        """The Jacobian of a frame, (nq,) → (6, n)."""
         J = frame_jacobian(self.model, self._data, self.joints.all_joints(q), frame, reference)
         return J if self.joints.independent else J @ self.joints.mixing
 
     def hessian(self, q: Array, frame: int, reference: str) -> Array:
-        """(nq,) → (6, n, n)."""
+        """The Hessian of a frame, (nq,) → (6, n, n)."""
         H = frame_hessian(self.model, self._data, self.joints.all_joints(q), frame, reference)
         return H if self.joints.independent else self.joints.mixing.T @ H @ self.joints.mixing
 
     def chain(self, frame: int) -> Chain:
-        """What moves a frame, as constants."""
+        """The joints that move a frame, as constants."""
         if frame not in self._chains:
             self._chains[frame] = self._chain(frame)
         return self._chains[frame]

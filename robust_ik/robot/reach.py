@@ -1,4 +1,4 @@
-"""How far an arm reaches."""
+"""The reach of an arm."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from robust_ik.errors import TipError
 from robust_ik.robot.robot import Robot
 
 _SAMPLES, _STARTS, _ITERATIONS = 500, 12, 200
-"""Random configurations, the best that climb, their steps. Five times as many gain 10 µm at most for nine arms."""
+"""Random configurations, starts of an ascent, steps of each. Five times as many gain at most 10 µm for nine arms."""
 
 
 @dataclass(frozen=True, eq=False)
 class ArmReach:
-    """The farthest the tip was found from the first joint that turns.
+    """The largest distance found between the tip and the first joint that turns.
 
     Attributes:
         center: That joint's origin at rest, (3,), m.
-        distance: How far the tip gets from it within the joint limits, m: a lower bound, found by ascent.
-        q: A configuration that gets there, (nq,).
+        distance: Distance of the tip from it within the joint limits, m: a lower bound, found by ascent.
+        q: The configuration at that distance, (nq,).
     """
 
     center: Array
@@ -32,7 +32,7 @@ class ArmReach:
 def find_reach(robot: Robot, rng: np.random.Generator | None = None) -> ArmReach:
     """The reach of the tip, by gradient ascent of the distance from the best of many random configurations.
 
-    Joints that slide without a stated limit stay where the sampling put them, within 1 m of zero.
+    Sliding joints without limits keep their sampled position, within 1 m of zero.
 
     Args:
         robot: The robot; it must have a tip.
@@ -56,7 +56,7 @@ def _first_turning_joint(robot: Robot) -> str:
 
 
 def _ascend(robot: Robot, q: Array, center: Array) -> tuple[float, Array]:
-    """Projected gradient ascent of |p(q) − center|, its step grown on success and halved on failure."""
+    """Projected gradient ascent of |p(q) − center|; the step grows on success and is halved on failure."""
     sliding_freely = ~np.isfinite(robot.lower) & np.array(
         [robot.description.joint[name].kind == "prismatic" for name in robot.joint_names]
     )

@@ -40,21 +40,21 @@ Reference = Literal["local", "world", "local_world_aligned"]
 class Robot:
     """A fixed-base arm or tree whose kinematics are functions of q.
 
-    It holds two parts: a Pinocchio model, which is asked for one configuration, and a map from its independent joints
-    to those of the model. For many configurations at once, constants of the model go to compiled kernels (`chain`),
-    whose results are Pinocchio's up to rounding.
+    It has two parts: a Pinocchio model, and a map from its independent joints to the joints of the model. Pinocchio
+    computes single configurations. For many at once, compiled kernels work with constants of the model (`chain`); their
+    results are Pinocchio's up to rounding.
 
     Attributes:
-        name: What it is called.
+        name: Name of the robot.
         tip: The frame that is moved, or None for a whole tree without one.
         rows: The task rows that `jacobian` and `hessian` return by default, of x y z wx wy wz.
         description: Joints and shapes as read from the file.
-        lower: Lower limits of the n joints, rad or m; −∞ where none is stated.
-        upper: Upper limits of the n joints, rad or m; +∞ where none is stated.
-        velocity_limit: Speed limits of the n joints, rad/s or m/s; +∞ where none is stated.
-        rest: A configuration to start from, (nq,): the catalogue's, else zero moved inside the limits, with a few
-            joints bent where the tip has lost a motion there.
-        guess: Why this tip was taken, where none was given and the choice is not plain; else empty.
+        lower: Lower limits of the n joints, rad or m; −∞ if not stated.
+        upper: Upper limits of the n joints, rad or m; +∞ if not stated.
+        velocity_limit: Speed limits of the n joints, rad/s or m/s; +∞ if not stated.
+        rest: A start configuration, (nq,): the catalogue's, else zero moved inside the limits, with a few joints bent
+            if the tip has lost a motion there.
+        guess: Why this tip was chosen, if none was given and the choice is not clear; else empty.
     """
 
     name: str
@@ -74,7 +74,7 @@ class Robot:
             object.__setattr__(self, name, readonly(getattr(self, name)))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # Through the constructor, so that copies are read-only too.
+        # Through the constructor, since copies must be read-only too.
         return type(self), tuple(getattr(self, each.name) for each in fields(self))
 
     def __repr__(self) -> str:
@@ -82,7 +82,7 @@ class Robot:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What a user should know of how the file was read and the tip chosen, a sentence each."""
+        """What the user should know about how the file was read and the tip chosen, one sentence each."""
         return self.description.notes + ((self.guess,) if self.guess else ()) + self._scale_note
 
     @property
@@ -105,12 +105,12 @@ class Robot:
         whole_tree: bool = False,
         xacro_args: Mapping[str, object] | None = None,
     ) -> Self:
-        """A robot from a URDF file, or from a `.xacro` file where xacrodoc is installed.
+        """A robot from a URDF file, or from a `.xacro` file if xacrodoc is installed.
 
         Args:
             path: The file.
-            tip: Link or joint frame to move; by default the end of the one arm, and `notes` say where it was guessed.
-            package_dirs: Where packages lie that mesh paths name.
+            tip: Link or joint frame to move; by default the end of the one arm, and `notes` say if it was guessed.
+            package_dirs: Folders of packages for mesh paths.
             rows: Task rows, of x y z wx wy wz.
             whole_tree: Keep every joint, also those that do not move the tip; then the tip may be left out.
             xacro_args: Values of the arguments of a `.xacro` file.
@@ -127,7 +127,7 @@ class Robot:
     @classmethod
     @checked
     def from_dh(cls, table: DHTable) -> Self:
-        """A robot from a Denavit-Hartenberg table, by way of a URDF; its tip is the link "tool"."""
+        """A robot from a Denavit-Hartenberg table, converted to a URDF; its tip is the link "tool"."""
         from robust_ik.description.dh import dh_to_urdf
 
         description = parse_urdf(dh_to_urdf(table), source=f"the URDF of DH table {table.name}")
@@ -170,7 +170,7 @@ class Robot:
         return robot.with_default_rest()
 
     def with_default_rest(self) -> Self:
-        """The same robot with `rest` at zero, or near it where the tip has lost a motion at zero.
+        """The same robot with `rest` at zero, or near it if the tip has lost a motion at zero.
 
         A robot without a tip rests at zero.
         """
@@ -198,7 +198,7 @@ class Robot:
 
     @property
     def nq(self) -> int:
-        """Length of q: n, and one more for every continuous joint, which is stored as (cos, sin)."""
+        """Length of q: n plus the number of continuous joints, each of which is stored as (cos, sin)."""
         return self._joints.nq
 
     @property
@@ -227,7 +227,7 @@ class Robot:
     def random(self, rng: np.random.Generator, size: int | tuple[int, ...] = ()) -> Array:
         """Uniform random configurations inside the limits, (*size, nq).
 
-        Where limits are not stated: a full turn for a revolute joint, 2 m for a prismatic one.
+        Without stated limits: a full turn for a revolute joint, 2 m for a prismatic one.
         """
         return self._joints.random(rng, size, self.lower, self.upper)
 
@@ -249,15 +249,15 @@ class Robot:
     # -------------------------------------------------------------------------------------------------------- frames
     @property
     def model(self) -> Model:
-        """The Pinocchio model; a mimic joint is a joint of its own there. Not to be changed."""
+        """The Pinocchio model, with a joint of its own for each mimic joint. It must not be changed."""
         return self._pinocchio.model
 
     def create_data(self) -> Data:
-        """New working memory for `model`, for calls of Pinocchio's own functions."""
+        """New working memory for `model`, for direct calls of Pinocchio."""
         return self.model.createData()
 
     def pinocchio_q(self, q: ArrayLike) -> Array:
-        """One configuration (nq,) → Pinocchio's, (model.nq,), which holds mimic joints too."""
+        """Pinocchio's configuration (model.nq,), mimic joints included, of one configuration (nq,)."""
         return self._joints.all_joints(alone(self._checked(q), "q", 1)).copy()
 
     @property
@@ -266,7 +266,7 @@ class Robot:
         return tuple(self._pinocchio.frames)
 
     def chain(self, frame: str | None = None) -> Chain:
-        """The joints that move a frame, as constants: what compiled code reads.
+        """The joints that move a frame, as constants for compiled code.
 
         Args:
             frame: Link or joint; default the tip.
@@ -342,8 +342,8 @@ class Robot:
     ) -> Array:
         """∂σᵢ/∂q_k of the Jacobian, world axes at the frame's point, without its Hessian.
 
-        The same as `robust_ik.singular_value_gradients` of `jacobian` and `hessian`, whose words on σ = 0 and equal
-        singular values hold here too.
+        It equals `robust_ik.singular_value_gradients` of `jacobian` and `hessian`; see there for σ = 0 and for equal
+        singular values.
 
         Args:
             q: Configurations, (..., nq).
@@ -375,19 +375,19 @@ class Robot:
     # -------------------------------------------------------------------------------------------- inverse kinematics
     @cached_property
     def size(self) -> float:
-        """What the links from the first axis to the tip span, m; 0 where no joint moves the tip's point.
+        """The distance that the links from the first axis to the tip span, m; 0 if no joint moves the tip's point.
 
-        Joints that slide count where they are nearest zero; their travel only where links alone are shorter than a
-        metre. Of a whole tree, the size of the limb with the longest offsets.
+        Sliding joints are taken as close to zero as their limits allow; their travel counts only if the links alone are
+        shorter than a metre. For a whole tree it is the size of the limb with the longest offsets.
         """
         return find_size(self._longest_chain, self.lower, self.upper)
 
     @cached_property
     def length_scale(self) -> float:
-        """The length that stands for one metre, m per rad, where lengths are compared with angles or with tolerances.
+        """The length that stands for one metre in comparisons of lengths with angles or tolerances, m per rad.
 
-        1 m for robots of 0.2 to 10 m; for others the power of two that is nearest to their `size`, so that a robot
-        does the same whatever its lengths are told in.
+        It is 1 m for robots of 0.2 to 10 m, else the power of two closest to their `size`. So a robot behaves alike in
+        any unit of length.
         """
         return 1.0 if is_usual(self._longest_chain) else unit_of(self.size)
 
@@ -406,7 +406,7 @@ class Robot:
         return self.pose_solver().quickly
 
     def pose_solver(self, frame: str | None = None, rows: Sequence[str] | None = None) -> PoseSolver:
-        """What `solve_pose` asks, for a loop that asks it often; made once for each frame and rows.
+        """The solver behind `solve_pose`, for loops that call it often; made once for each frame and rows.
 
         Args:
             frame: Link or joint; default the tip.
@@ -430,25 +430,25 @@ class Robot:
         rows: Sequence[str] | None = None,
         **options: Unpack[PoseOptions],
     ) -> PoseResult:
-        """Inverse kinematics: a configuration inside joint limits whose pose is the target, or is the closest to it.
+        """Inverse kinematics: a configuration within joint limits whose pose is the target, or the closest to it.
 
-        Closest is meant in E = ‖Δp‖² + L² ‖Δr‖², in m and rad, over the wanted rows, where L is `length_scale`,
-        by default the robot's: 1 m per rad for robots of usual size.
+        The closest pose has the least E = ‖Δp‖² + L² ‖Δr‖², in m and rad, over the wanted rows, where L is
+        `length_scale`, by default the robot's: 1 m per rad for robots of usual size.
 
         Args:
             target: A pose (4, 4), or a position (3,), m; then rotations are free.
-            q0: Where to begin, (nq,); default `self.rest`. Joints outside their limits are moved inside, and joints
-                that do not move the frame stay.
+            q0: Where the search begins, (nq,); default `self.rest`. Joints outside their limits are moved inside;
+                joints that do not move the frame stay.
             frame: Link or joint; default the tip.
-            rows: Wanted rows, of x y z wx wy wz; default `self.rows`. With two of the rotations, the third world axis
-                is one to turn about freely.
-            **options: See `PoseOptions`: what is preferred, how many solutions, how much effort, tolerances.
+            rows: Wanted rows, of x y z wx wy wz; default `self.rows`. With two of the rotations, the frame
+                may turn freely about the third world axis.
+            **options: See `PoseOptions`: preference, number of solutions, effort, tolerances.
 
         Returns:
-            The configuration, a status (solved, closest, out of reach), the error that is left, the work done.
+            The configuration, a status (solved, closest, out of reach), the remaining error, the work done.
 
         Raises:
-            InputError: An argument cannot be meant, or more than 16 joints move the frame.
+            InputError: An argument is not valid, or more than 16 joints move the frame.
             FrameNotFoundError: There is no such frame.
         """
         if frame is None and rows is None and not options:
@@ -475,12 +475,12 @@ class Robot:
 
         Args:
             targets: Poses (..., 4, 4) or positions (..., 3).
-            q0: Where to begin, (..., nq), leading axes broadcast.
+            q0: Where the searches begin, (..., nq), leading axes broadcast.
             frame: As for `solve_pose`.
             rows: As for `solve_pose`.
-            threads: How many to use.
-            executor: Where to do it instead: processes, or a cluster.
-            progress: Called with how many pieces are done and how many there are.
+            threads: Number of threads.
+            executor: An executor that runs the pieces instead: processes, or a cluster.
+            progress: Called with (pieces done, pieces in all).
             **options: As for `solve_pose`.
         """
         solver = self.pose_solver(frame, wanted_rows(targets, rows, self.rows, many=True))

@@ -1,4 +1,4 @@
-"""What an arm can do at the places that it reaches: a map of random configurations, and cells of it."""
+"""Workspace maps: random configurations, their tip positions and singular values, also averaged over cells."""
 
 from __future__ import annotations
 
@@ -19,26 +19,29 @@ from robust_ik.runtime.parallel import parts, run_pieces, seed_of
 from robust_ik.runtime.progress import Told
 
 COUNT, CHUNK = 20_000, 5_000
-"""Configurations of a map, and of a worker's piece. Chosen: more fill finer cells; larger pieces are shared worse."""
+"""Configurations of a map, and of a worker's piece.
+
+Chosen: more fill finer cells; larger pieces are shared less evenly.
+"""
 QUANTITIES = ("smallest sigma", "manipulability", "inverse condition")
 AXES = ("x", "y", "z")
 MOST_CELLS = 10_000_000
-"""Of a map. Chosen: they take some 0.2 GB; so many only come of a size that is given in wrong units."""
+"""Most cells of a map. Chosen: they take about 0.2 GB; more come only from a size in wrong units."""
 ON_THE_LINE = 1e-9
-"""Positions so near below the line between two cells lie on it, as a share of a cell: rounding does not move them."""
+"""A position this close below a border, as a fraction of a cell, counts as on it: rounding does not move it."""
 
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """A quantity of a map by places: boxes of equal sides along some of the axes, everything along the others.
+    """A quantity of a map by position: cells of equal sides along some axes, unlimited along the others.
 
     Attributes:
-        quantity: What was binned.
-        axes: Along which axes, c of x y z.
-        edges: Where the cells end along each, m; one more than there are cells.
-        count: Configurations in each, one array axis for each of `axes`.
-        best: The largest value in each, NaN where there is none.
-        mean: The mean value.
+        quantity: Name of the quantity.
+        axes: The axes with cells, c of x y z.
+        edges: For each of them the borders of cells, m; one more than there are cells.
+        count: Configurations in each cell, one array axis for each of `axes`.
+        best: The largest value in each cell, NaN if it is empty.
+        mean: The mean value in each cell.
     """
 
     quantity: str
@@ -57,15 +60,15 @@ class Cells:
 
 @dataclass(frozen=True, eq=False)
 class WorkspaceMap:
-    """N random configurations within the joint limits, where they put the tip, and what it can do there.
+    """N random configurations within the joint limits, with tip position and singular values of each.
 
     Attributes:
-        robot: Of whom.
-        rows: Task rows that σ are of.
+        robot: The robot.
+        rows: Task rows of the Jacobian.
         length_scale: Length by which linear rows were divided, m.
-        seed: Of the configurations.
+        seed: Seed of the random numbers.
         q: Configurations, (N, nq).
-        positions: Of the tip, world axes, m, (N, 3).
+        positions: Tip positions, world axes, m, (N, 3).
         sigma: Singular values of the Jacobian, descending, (N, k).
     """
 
@@ -96,13 +99,13 @@ class WorkspaceMap:
 
     @property
     def inverse_condition(self) -> Array:
-        """σ_k/σ₁, (N,): 1 where all directions are alike, 0 at a singularity."""
+        """σ_k/σ₁, (N,): 1 if all directions are alike, 0 at a singularity."""
         largest = self.sigma[:, 0]
         return np.asarray(self.sigma[:, -1] / np.where(largest > 0, largest, 1.0))
 
     @checked
     def values(self, quantity: str) -> Array:
-        """One of "smallest sigma", "manipulability" and "inverse condition", (N,).
+        """Values of "smallest sigma", "manipulability" or "inverse condition", (N,).
 
         Raises:
             InputError: There is no such quantity.
@@ -114,12 +117,12 @@ class WorkspaceMap:
 
     @checked
     def cells(self, quantity: str = "smallest sigma", *, size: float = 0.05, axes: Sequence[str] = AXES) -> Cells:
-        """A quantity by places.
+        """Statistics of a quantity in cells of the workspace.
 
         Args:
             quantity: As for `values`.
             size: Side of a cell, m; cells begin at multiples of it.
-            axes: Along which axes places are told apart, of x y z.
+            axes: The axes along which there are cells, of x y z.
 
         Raises:
             InputError: There is no such quantity or axis, or the cells are too many.
@@ -156,27 +159,27 @@ def map_workspace(
     executor: Executor | None = None,
     progress: Told | None = None,
 ) -> WorkspaceMap:
-    """What an arm can do where: σ of its Jacobian at random configurations within the joint limits.
+    """A map of singular values over the workspace, from random configurations within the joint limits.
 
     Args:
         robot: An arm with a tip.
-        count: How many configurations.
+        count: Number of configurations.
         rng: A seed, or a generator to draw one from; by default always the same.
         rows: Task rows, of x y z wx wy wz; default the robot's. σ of x y z are in m, those of all six mix m and rad.
         length_scale: Length by which linear rows are divided, m.
-        executor: Who does it, any `concurrent.futures.Executor`; by default this process. The map is the same, to the
-            last bit.
+        executor: An executor that runs the pieces, any `concurrent.futures.Executor`; by default this process. The map
+            is the same to the last bit.
         progress: Called with (pieces done, pieces in all).
 
     Raises:
         TipError: The robot was loaded whole, without a tip.
-        InputError: A parameter cannot be meant.
+        InputError: A parameter is not valid.
     """
     if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or count < 1:
         raise InputError(f"count must be a whole number of at least 1, got {count!r}")
     rows = robot.rows if rows is None else checked_rows(rows)
     length_scale = checked_parameter("length_scale", length_scale, above=0)
-    robot.pose(robot.rest)  # a robot without a tip is told here, not by a worker
+    robot.pose(robot.rest)  # raises here, not in a worker, for a robot without a tip
     seed, mapped = seed_of(rng), robot.with_rows(rows)
     pieces = [
         _Samples(mapped, length_scale, size, (seed, index)) for index, size in enumerate(parts(int(count), CHUNK))
@@ -189,7 +192,7 @@ def map_workspace(
 
 @dataclass(frozen=True, eq=False)
 class _Samples:
-    """Some of the configurations, with a seed of their own."""
+    """A piece of the map: some configurations, with a seed of their own."""
 
     robot: Robot
     length_scale: float
@@ -197,7 +200,7 @@ class _Samples:
     seed: tuple[int, ...]
 
     def run(self) -> tuple[Array, Array, Array]:
-        """Configurations, positions and σ."""
+        """Configurations, tip positions and singular values of the piece."""
         q = self.robot.random(np.random.default_rng(self.seed), self.count)
         lengths = np.array([self.length_scale if row in AXES else 1.0 for row in self.robot.rows])
         return q, self.robot.pose(q)[:, :3, 3], svd(self.robot.jacobian(q) / lengths[:, None]).s

@@ -1,1 +1,1 @@
-"""What the package needs of the machine it runs on: files, long work and its progress, workers."""
+"""Files, progress bars and workers: what the package needs of the machine it runs on."""

@@ -1,4 +1,4 @@
-"""Reads whole files: bounded, with one sentence when it fails; finds folders that are named."""
+"""Reads whole files up to a size limit, and checks that folders exist; one sentence says what failed."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from robust_ik.errors import InputError, LoadError, RobotNotFoundError
 
 
 def read_file(path: str | Path, most: int) -> tuple[Path, bytes]:
-    """The absolute path and what the file holds.
+    """The absolute path of a file, and its content.
 
     Args:
         path: The file; ~ stands for the home folder.
@@ -40,14 +40,14 @@ def _shown(path: str | Path) -> str:
 
 
 def checked_folders(folders: Sequence[str | Path] | str | Path, name: str) -> tuple[Path, ...]:
-    """Folders, ~ replaced, that are there.
+    """The folders as paths, with ~ replaced, if all of them exist.
 
     Args:
         folders: Several, or one.
         name: What to call them in a message.
 
     Raises:
-        InputError: One is not there.
+        InputError: One does not exist.
     """
     given = (folders,) if isinstance(folders, (str, Path)) else folders
     try:

@@ -1,7 +1,7 @@
-"""Writes results: whole or not at all, to where links lead, through what is no file; and says beforehand if it cannot.
+"""Writes result files whole or not at all, and checks beforehand whether a file can be written.
 
-A file is replaced in one step and keeps its permissions. A pipe or a device is written to. A missing folder is made,
-if only the last one is missing: more of them are a slip of the pen.
+A file is replaced in one step and keeps its permissions; links are followed. A pipe or a device is written to. If only
+the last folder of the path is missing it is made; if more are missing the path is taken for a typing mistake.
 """
 
 from __future__ import annotations
@@ -23,20 +23,20 @@ from robust_ik.errors import InputError
 FIGURES = (".png", ".svg", ".pdf")
 STANDARD_OUTPUT = "-"
 IN_PLACE = (errno.EBUSY, errno.EXDEV, errno.EPERM, errno.EACCES)
-"""Why a file cannot be replaced that can perhaps be written to: it is mounted by itself, or its folder is closed."""
+"""Errors that forbid to replace a file but perhaps not to write to it: a mount point, or a read-only folder."""
 _DESCRIPTOR = re.compile(r"/(?:dev|proc/self)/fd/(\d+)")
 
 
 @dataclass(frozen=True)
 class Output:
-    """Where a result is to go.
+    """The destination of a result.
 
     Attributes:
-        path: As it was given.
-        target: Where links lead.
-        status: Of what is there; None for nothing.
-        descriptor: An open file of this program that is meant, such as standard output.
-        replaced: Whether a new file takes its place; else what is there is written to.
+        path: The path as it was given.
+        target: The path with links resolved.
+        status: Status of the existing file; None if there is none.
+        descriptor: The number of an open file of this program, such as standard output, if the path names one.
+        replaced: True if a new file takes the place of the old one; False if the old one is written to.
     """
 
     path: Path
@@ -47,24 +47,24 @@ class Output:
 
     @property
     def overwrites(self) -> bool:
-        """Whether a file is there whose content is lost."""
+        """Whether an existing file loses its content."""
         return self.descriptor is None and self.status is not None and stat.S_ISREG(self.status.st_mode)
 
     @property
     def new_folder(self) -> Path | None:
-        """The folder that has to be made."""
+        """The folder that has to be made; None if it exists."""
         return None if self.descriptor is not None or self.target.parent.exists() else self.target.parent
 
 
 def check_output(path: str | Path) -> Output:
-    """Where a result is to go, if it can be written there. Leaves nothing behind.
+    """The destination of a result, if it can be written there; leaves nothing behind.
 
     Args:
         path: A file, a pipe or a device; ~ stands for the home folder, - for standard output.
 
     Raises:
-        InputError: It cannot: the path is a folder, lies below a file or in a folder that is not there, or nothing may
-            be written there.
+        InputError: The path is a folder, lies below a file or in a folder that does not exist, or nothing may be
+            written there.
     """
     try:
         given = Path(path).expanduser()
@@ -76,7 +76,10 @@ def check_output(path: str | Path) -> Output:
 
 
 def check_outputs(outputs: Mapping[str, str | Path | None]) -> list[Output]:
-    """`check_output` of each that is given, by what to call it in a message; no two may be the same file.
+    """`check_output` of each output that is given; no two may be the same file.
+
+    Args:
+        outputs: Paths by what to call them in a message; None is left out.
 
     Raises:
         InputError: One cannot be written, or two are the same.
@@ -90,10 +93,10 @@ def check_outputs(outputs: Mapping[str, str | Path | None]) -> list[Output]:
 
 
 def check_figure(path: str | Path) -> Path:
-    """The path of an image, ~ replaced, if one can be written there.
+    """The path of an image file, with ~ replaced, if it can be written.
 
     Raises:
-        InputError: It ends in no format of images, or it cannot.
+        InputError: Its ending is no image format, or it cannot be written.
     """
     given = check_output(path).path
     if given.suffix.lower() not in FIGURES:
@@ -102,20 +105,20 @@ def check_figure(path: str | Path) -> Path:
 
 
 def write_file(path: str | Path, content: str | bytes) -> Path:
-    """Writes a result; text in UTF-8, half letters as escapes.
+    """Writes a result; text is written in UTF-8, lone surrogates as escapes.
 
     Args:
         path: As for `check_output`.
-        content: All of it.
+        content: The whole content.
 
     Raises:
-        InputError: It cannot be written; what was there before is then still there.
+        InputError: It cannot be written; the old content is then kept.
     """
     output = check_output(path)
     data = content.encode("utf-8", "backslashreplace") if isinstance(content, str) else content
     try:
         _write(output, data)
-    except BrokenPipeError:  # who reads has had enough: that is no error of the path
+    except BrokenPipeError:  # the reader has closed the pipe: no error of the path
         raise
     except OSError as error:
         raise InputError(f"{_shown(path)} could not be written: {_reason(error)}") from error
@@ -158,7 +161,7 @@ def _descriptor(path: Path) -> int | None:
 
 
 def _same(descriptor: int, status: os.stat_result) -> bool:
-    """Whether that is what standard output or error goes to: to replace it would cut them off."""
+    """Whether standard output or error goes to that file: to replace it would cut them off."""
     try:
         return os.path.samestat(os.fstat(descriptor), status)
     except OSError:
@@ -166,7 +169,7 @@ def _same(descriptor: int, status: os.stat_result) -> bool:
 
 
 def _check_parents(path: Path, target: Path) -> None:
-    """Refuses a new file where there is no folder for it."""
+    """Raises if a new file has no folder to lie in."""
     folder = target.parent
     if not folder.exists():
         folder = folder.parent
@@ -184,7 +187,7 @@ def _below_a_file(path: Path) -> InputError:
 
 
 def _check_replaceable(path: Path, target: Path) -> bool:
-    """Whether a new file may take the place of this one; if not, whether it may be written to is checked."""
+    """Whether a new file may take the place of this one; if not, raises unless the old one may be written to."""
     try:
         _probe(target.parent, target.name)
     except InputError:
@@ -195,7 +198,7 @@ def _check_replaceable(path: Path, target: Path) -> bool:
 
 
 def _probe(folder: Path, name: str) -> None:
-    """Makes a file and removes it: permissions alone do not tell of /proc, a full disk, or one that is read-only."""
+    """Makes a file and removes it, since permissions do not show a full disk, a read-only one, or /proc."""
     part = _part(folder, name)
     try:
         os.close(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600))
@@ -228,7 +231,7 @@ def _write(output: Output, data: bytes) -> None:
 
 
 def _write_to_stream(descriptor: int, data: bytes) -> None:
-    """To what is open already, after all that was printed before."""
+    """Writes to an open file, after all that was printed before."""
     sys.stdout.flush()
     printed = getattr(sys.stdout, "buffer", None)
     if descriptor == 1 and printed is not None:
@@ -240,7 +243,7 @@ def _write_to_stream(descriptor: int, data: bytes) -> None:
 
 
 def _write_in_place(output: Output, data: bytes) -> None:
-    """Never makes a file: what was there and is gone by now is an error."""
+    """Writes to an existing file; if it has disappeared meanwhile, that is an error."""
     cut = os.O_TRUNC if output.status is not None and stat.S_ISREG(output.status.st_mode) else 0
     with os.fdopen(os.open(output.path, os.O_WRONLY | cut | getattr(os, "O_NOCTTY", 0)), "wb") as file:
         file.write(data)
@@ -248,7 +251,7 @@ def _write_in_place(output: Output, data: bytes) -> None:
 
 def _replace(output: Output, data: bytes) -> None:
     part = _part(output.target.parent, output.target.name)
-    mode = 0o666 if output.status is None else 0o600  # until it has the right owner
+    mode = 0o666 if output.status is None else 0o600  # for the owner alone until it has the right one
     binary = getattr(os, "O_BINARY", 0)
     try:
         with os.fdopen(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL | binary, mode), "wb") as file:
@@ -262,7 +265,7 @@ def _replace(output: Output, data: bytes) -> None:
 
 
 def _keep_rights(descriptor: int, status: os.stat_result) -> None:
-    if hasattr(os, "fchmod"):  # not on every Windows
+    if hasattr(os, "fchmod"):  # missing on some Windows
         with suppress(OSError):
             os.fchown(descriptor, status.st_uid, status.st_gid)
         os.fchmod(descriptor, stat.S_IMODE(status.st_mode))

@@ -1,7 +1,7 @@
-"""Many independent pieces of work, done here, in processes or on a cluster, with the same results to the last bit.
+"""Runs many independent pieces of work here, in processes or on a cluster, with the same results to the last bit.
 
-A piece is a function of its argument alone: what is random in it comes from a seed in the argument, and how the work is
-split never depends on who does it. It then does not matter which worker does a piece, in what order, or how often.
+A piece is a function of its argument alone. Its random numbers come from a seed in the argument, and the split into
+pieces does not depend on the workers. So it does not matter which worker runs a piece, in what order, or how often.
 """
 
 from __future__ import annotations
@@ -25,10 +25,11 @@ Piece = TypeVar("Piece")
 Result = TypeVar("Result")
 
 LOST = (BrokenExecutor, CancelledError, OSError, EOFError)
-"""What a future fails with where its worker is gone, or the way to it. A piece's own error may be among them: it shows
-when the piece is done again."""
+"""Exceptions of a future whose worker, or the connection to it, is lost. A piece may raise one of them itself: that
+shows when the piece is run again.
+"""
 KILLED = "KilledWorker"
-"""What dask calls a piece that several workers died of; it is known by its name, since dask need not be installed."""
+"""Name of dask's exception for a piece that several workers died of; compared by name, since dask may be missing."""
 
 
 def run_pieces(
@@ -37,19 +38,19 @@ def run_pieces(
     executor: Executor | None = None,
     progress: Told | None = None,
 ) -> list[Result]:
-    """function(piece) of every piece, in their order.
+    """The results function(piece) of all pieces, in order.
 
-    A piece that is lost because its worker died is done again, in this process, and a warning says so.
+    A piece that is lost because its worker died is run again in this process, and a warning says so.
 
     Args:
-        function: Of one argument, and of nothing else; processes must be able to import it.
-        pieces: Its arguments. Thousands at the most, of a tenth of a second's work or more: each travels by itself.
-        executor: Who does it: any `concurrent.futures.Executor`, `dask.distributed`'s `client.get_executor()` among
-            them. By default this process, one after the other.
-        progress: Called with (pieces done, pieces in all) as they finish, in this thread.
+        function: A function of one argument that depends on nothing else; processes must be able to import it.
+        pieces: Its arguments: at most thousands, each a tenth of a second's work or more, since each is sent alone.
+        executor: The executor that runs the pieces: any `concurrent.futures.Executor`, for example `dask.distributed`'s
+            `client.get_executor()`. By default the pieces run in this process, one after the other.
+        progress: Called with (pieces done, pieces in all) after each piece, in this thread.
 
     Raises:
-        InputError: The executor is none.
+        InputError: The executor is not a `concurrent.futures.Executor`.
         Exception: What a piece raised. As with Ctrl-C, pieces that have not begun are then cancelled.
     """
     if executor is not None and not isinstance(executor, Executor):
@@ -68,7 +69,7 @@ def run_pieces(
 def _finished(
     function: Callable[[Piece], Result], todo: Sequence[Piece], executor: Executor | None
 ) -> Generator[tuple[int, Result], None, None]:
-    """Results with their places, as they come."""
+    """Results with the indices of their pieces, in the order in which they finish."""
     done = set()
     if executor is not None:
         with closing(_sent(function, todo, executor)) as sent:
@@ -86,7 +87,7 @@ def _finished(
 def _sent(
     function: Callable[[Piece], Result], todo: Sequence[Piece], executor: Executor
 ) -> Generator[tuple[int, Result], None, None]:
-    """Results from an executor, those that it does not lose."""
+    """Results from an executor, without those that it loses."""
     places: dict[Future[Result], int] = {}
     finished: SimpleQueue[Future[Result]] = SimpleQueue()
     try:
@@ -96,7 +97,7 @@ def _sent(
             except BrokenExecutor:
                 break
             places[future] = index
-            # Not `as_completed`: that waits for ever for what another thread's shutdown has cancelled.
+            # Not `as_completed`: it waits for ever for a future that another thread's shutdown has cancelled.
             future.add_done_callback(finished.put)
         for _ in range(len(places)):
             future = finished.get()
@@ -113,19 +114,19 @@ def _sent(
 
 
 def parts(count: int, most: int) -> list[int]:
-    """A count in parts of `most` and a rest: the same for every number of workers."""
+    """The count split into parts of `most` and a rest: the same for every number of workers."""
     return [min(most, count - first) for first in range(0, count, most)]
 
 
 def seed_of(rng: np.random.Generator | int | None, default: int = 0) -> int:
-    """The seed that pieces derive theirs from.
+    """The seed from which the seeds of pieces are derived.
 
     Args:
-        rng: It itself, a generator to draw one from, or None.
-        default: What None stands for.
+        rng: A seed, a generator to draw one from, or None.
+        default: The seed if `rng` is None.
 
     Raises:
-        InputError: It is none of these.
+        InputError: `rng` is none of these.
     """
     if isinstance(rng, np.random.Generator):
         return int(rng.integers(2**31))
@@ -138,17 +139,17 @@ def seed_of(rng: np.random.Generator | int | None, default: int = 0) -> int:
 
 @contextmanager
 def process_pool(workers: int) -> Iterator[Executor | None]:
-    """So many processes of this machine for as long as the context lasts; None, which is this process, for one.
+    """A pool of `workers` processes on this machine while the context lasts; None, for this process, if `workers` is 1.
 
     Raises:
-        InputError: There are none.
+        InputError: `workers` is not a whole number of at least 1.
     """
     if isinstance(workers, bool) or not isinstance(workers, (int, np.integer)) or workers < 1:
         raise InputError(f"workers must be a whole number of at least 1, got {workers!r}")
     if workers == 1:
         yield None
         return
-    # Spawned, not forked: a fork in the midst of another thread's work may never go on.
+    # Spawned, not forked: a fork while another thread works may hang.
     context = multiprocessing.get_context("spawn")
     pool = _Pool(int(workers), mp_context=context, initializer=_leave_interrupts_to_the_caller)
     try:
@@ -158,10 +159,10 @@ def process_pool(workers: int) -> Iterator[Executor | None]:
 
 
 class _Pool(ProcessPoolExecutor):
-    """Processes that end with the work, however that ends."""
+    """A process pool whose processes end with the context, also after an error."""
 
     def submit(self, *given: Any, **options: Any) -> Future[Any]:
-        """As in the base. Ctrl-C cannot come while a process is started: a signal that is held back stays so in it."""
+        """As in the base class, with Ctrl-C blocked while a process starts: the process inherits the blocked signal."""
         if not hasattr(signal, "pthread_sigmask"):
             return super().submit(*given, **options)
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
@@ -171,7 +172,7 @@ class _Pool(ProcessPoolExecutor):
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
     def end(self) -> None:
-        """Ends the processes; those that are still at work are not waited for: nobody wants what they do."""
+        """Ends the processes; those that are still at work are terminated, since their results are not needed."""
         processes = list((getattr(self, "_processes", None) or {}).values())
         busy = bool(getattr(self, "_pending_work_items", None))
         self.shutdown(wait=not busy, cancel_futures=True)
@@ -183,5 +184,5 @@ class _Pool(ProcessPoolExecutor):
 
 
 def _leave_interrupts_to_the_caller() -> None:
-    """Ctrl-C reaches every process of a terminal; the one that waits for the others cancels what they do."""
+    """Ignores Ctrl-C in a worker: it reaches every process of the terminal, and the parent cancels the work."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)

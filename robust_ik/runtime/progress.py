@@ -1,4 +1,4 @@
-"""Progress of long work, for a person at a terminal."""
+"""Progress of long work, shown at a terminal."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 PATIENCE = 2.0
-"""Seconds after which a bar is worth showing."""
+"""Seconds after which a progress bar is shown."""
 
 Told = Callable[[int, int], None]
-"""What is called with (steps done, steps in all)."""
+"""A callback that is called with (steps done, steps in all)."""
 
 
 @contextmanager
 def progress_bar(what: str) -> Iterator[Told]:
-    """A bar on standard error that appears where work takes longer than a few seconds and somebody is there to see it.
+    """A progress bar on standard error, shown only at a terminal and if the work takes longer than `PATIENCE`.
 
     Args:
         what: What to call the work.
@@ -24,7 +24,7 @@ def progress_bar(what: str) -> Iterator[Told]:
     if not sys.stderr.isatty():
         yield lambda done, total: None  # noqa: ARG005
         return
-    from rich.console import Console  # a twentieth of a second: only where somebody looks
+    from rich.console import Console  # takes 50 ms: imported only at a terminal
     from rich.progress import Progress
 
     from robust_ik.errors.safe_text import in_markup

@@ -1,4 +1,4 @@
-"""Sentences for the person who runs the program, each logged once."""
+"""Notes to the user of the program, each logged once."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from collections.abc import Iterable
 
 LOGGER = logging.getLogger("robust_ik")
 MOST_TOLD = 1000
-"""So many are remembered: a program that reads files for days does not grow."""
+"""Most notes that are remembered: the memory of a program that reads files for days does not grow."""
 _TOLD: set[str] = set()
 
 
 def tell_once(about: str, notes: Iterable[str]) -> None:
-    """Logs notes as warnings, but those that were logged before.
+    """Logs notes as warnings, except those that were logged before.
 
     Args:
-        about: What they are about: a file.
-        notes: A sentence each.
+        about: What the notes are about, a file for example.
+        notes: One sentence each.
     """
     for note in notes:
         said = f"{about}: {note}"

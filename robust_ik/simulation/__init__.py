@@ -1,1 +1,1 @@
-"""Whole runs: a controller driven along a path, scenarios and their comparison."""
+"""Simulation of whole runs: a controller along a path, scenarios and their comparison."""

@@ -1,4 +1,4 @@
-"""Scenarios with several methods each, run side by side."""
+"""Runs scenarios with several methods each, for comparison."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ def compare(
     """Runs every scenario with every method.
 
     Args:
-        scenarios: One or several, each of another name.
-        methods: Inverses or resolvers by label; by default those that each scenario names.
-        executor: Who runs them, any `concurrent.futures.Executor`; by default this process. The runs are the same, to
-            the last bit, but for the time that a step took.
+        scenarios: One or several, with different names.
+        methods: Inverses or resolvers by label; by default those of each scenario.
+        executor: An executor for the runs, any `concurrent.futures.Executor`; by default this process. The runs are the
+            same to the last bit, except for the time that a step took.
         progress: Called with (runs done, runs in all).
 
     Returns:
         Runs by scenario and label: `runs["xarm7_line"]["J-PARSE"]`.
 
     Raises:
-        InputError: Two scenarios have the same name, there is no method to run, or a parameter cannot be meant.
+        InputError: Two scenarios have the same name, there is no method to run, or a parameter is not valid.
     """
     given = [scenarios] if isinstance(scenarios, Scenario) else list(scenarios)
     names = [scenario.name for scenario in given]
@@ -45,7 +45,7 @@ def compare(
     pieces = [piece for scenario in given for piece in _runs_of(scenario, methods)]
     runs: dict[str, dict[str, Trajectory]] = {name: {} for name in names}
     for piece, run in zip(pieces, run_pieces(_ComparedRun.run, pieces, executor, progress)):
-        # A worker's robot is a copy.
+        # The robot of a worker's run is a copy.
         runs[piece.scenario.name][piece.label] = replace(run, robot=piece.scenario.robot)
     return runs
 
@@ -59,18 +59,18 @@ class _ComparedRun:
     method: Method
 
     def run(self) -> Trajectory:
-        """The run, called by the method's label; it shows no progress of its own."""
+        """The run, named by the method's label; it shows no progress of its own."""
         return replace(simulate(self.scenario, self.method, progress=_untold), name=self.label)
 
 
 def _runs_of(scenario: Scenario, methods: Mapping[str, Method] | None) -> list[_ComparedRun]:
-    chosen = replace(scenario, methods=scenario.methods if methods is None else methods).methods  # checked
+    chosen = replace(scenario, methods=scenario.methods if methods is None else methods).methods  # the methods, checked
     if not chosen:
         raise InputError(f"{scenario.name} names no methods: name some")
-    # Every run carries its own method only: what cannot be sent to a worker in the others is no matter.
+    # Each run has its own method only, so that other methods need not be sent to its worker.
     alone = replace(scenario, methods={})
     return [_ComparedRun(alone, label, method) for label, method in chosen.items()]
 
 
 def _untold(done: int, total: int) -> None:
-    """Progress that nobody is told of."""
+    """Ignores progress."""

@@ -1,4 +1,4 @@
-"""Scenario: a motion to run with any method, and the methods that are compared on it."""
+"""Scenario: a motion that can be run with any method, and the methods to compare on it."""
 
 from __future__ import annotations
 
@@ -19,27 +19,27 @@ from robust_ik.inverses import RobustInverse
 from robust_ik.robot.robot import Robot
 
 Motion = Stack | Task | Callable[[float], Stack | Task]
-"""What is wanted: a stack that stays, or a function from time in seconds to one, such as `Follow(path)`."""
+"""The wanted motion: a constant stack, or a function from time in seconds to one, such as `Follow(path)`."""
 
 Method = Resolver | RobustInverse
 
 
 @dataclass(frozen=True, eq=False)
 class Scenario:
-    """Everything about a run but the method. `rik.simulate(scenario, inverse)` runs it.
+    """Everything that defines a run except the method. `rik.simulate(scenario, inverse)` runs it.
 
     Attributes:
-        name: What to call it.
-        robot: The robot, with the task rows that it is to fulfil.
-        q0: Configuration to start from, (nq,).
-        motion: What is wanted.
-        duration: Seconds to run.
+        name: Its name.
+        robot: The robot, with the task rows of the motion.
+        q0: Start configuration, (nq,).
+        motion: The wanted motion.
+        duration: Duration of the run, s.
         dt: Time step, s.
         limits: As for `simulate`: None for the robot's own, () for none.
-        title: A sentence.
-        source: Where it is from, with what the source says.
-        note: What stands in for what the source does not say; empty if nothing does.
-        methods: What is compared on it, by label.
+        title: A sentence that describes it.
+        source: Its source, with what the source says.
+        note: What was chosen in place of information that the source does not give; empty if nothing was.
+        methods: Methods to compare, by label.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Runs a robot with a stack of tasks within limits, and records everything."""
+"""Simulates a robot with a stack of tasks within limits, and records the run."""
 
 from __future__ import annotations
 
@@ -26,7 +26,10 @@ from robust_ik.simulation.scenario import Method, Motion, Scenario
 from robust_ik.simulation.trajectory import Trajectory
 
 MAX_STEPS = 10_000_000
-"""Of a run. Chosen: a day of 100 steps a second has 8,640,000; more is a mistake in dt, and would fill memory."""
+"""Most steps of a run.
+
+Chosen: a day of 100 steps a second has 8,640,000; more is a mistake in dt, and would fill memory.
+"""
 
 
 @overload
@@ -61,21 +64,21 @@ def simulate(
     length_scale: float | None = None,
     progress: Told | None = None,
 ) -> Trajectory:
-    """Runs a stack of tasks from q0 on, explicit Euler; or a scenario, which says all but the method.
+    """Simulates a stack of tasks from q0 on, by explicit Euler steps; or a scenario, which defines all but the method.
 
     Args:
-        robot: The robot; or a `Scenario`, and then only the resolver besides, or the label of one of its methods.
+        robot: The robot; or a `Scenario`, with which only the resolver is given, or the label of one of its methods.
         resolver: A resolver; an inverse stands for `TaskPriority` with it; None for a controller's default.
         motion: A stack of tasks, or a function from time in s to one: `Follow(path)` keeps the tip on a path.
-        q0: Configuration to start from, (nq,).
-        duration: Seconds to run.
+        q0: Start configuration, (nq,).
+        duration: Duration of the run, s.
         dt: Time step, s. Feedback is stable for gain · dt < 2 with an inverse that is at most exact.
         limits: As for `VelocityController`: by default the robot's own; () for none.
         length_scale: As for `VelocityController`.
-        progress: Called with (steps done, steps in all); by default a bar appears in a terminal if it takes long.
+        progress: Called with (steps done, steps in all); by default a bar is shown in a terminal if the run takes long.
 
     Raises:
-        InputError: A parameter or array cannot be meant.
+        InputError: A parameter or array is not valid.
         FrameNotFoundError: A task names a frame that the robot does not have.
     """
     if isinstance(robot, Scenario):
@@ -94,7 +97,7 @@ def simulate(
 
 
 def _run_scenario(scenario: Scenario, given: Method | str | None, progress: Told | None) -> Trajectory:
-    """A scenario with one method; a method of its own is called by its label."""
+    """Runs a scenario with one method; the run of one of its own methods is named by its label."""
     method = scenario.method(given) if isinstance(given, str) else given
     run = simulate(
         scenario.robot, method, scenario.motion, scenario.q0,
@@ -118,7 +121,7 @@ def _run(controller: VelocityController, motion: Motion, q: Array, steps: int, d
 
 
 def _stack_at(motion: Motion, now: float) -> Levels:
-    """The stack at a time; a pose in its place is a path that is not wrapped."""
+    """The stack at a time; raises if there is a pose instead, since `Follow` is missing then."""
     stack = motion(now) if callable(motion) else motion
     if isinstance(stack, np.ndarray):
         raise InputError("motion must give stacks of tasks; Follow(path) makes them from a path of poses")
@@ -136,19 +139,19 @@ def _number_of_steps(duration: float, dt: float) -> int:
 
 
 def _watched(stack: Levels) -> FrameTask | None:
-    """The first task with a target pose."""
+    """The first task with a target pose, or None."""
     return next((task for level in stack for task in level if isinstance(task, FrameTask)), None)
 
 
 def run_name(resolver: Resolver) -> str:
-    """What to call a run: the inverse, of a plain `TaskPriority` with one for all levels; else the resolver."""
+    """The name of a run: the inverse, for a plain `TaskPriority` with one inverse for all levels; else the resolver."""
     if isinstance(resolver, TaskPriority) and len(resolver.inverses) == 1:
         return type(resolver.inverses[0]).__name__
     return type(resolver).__name__
 
 
 class _Record:
-    """Arrays that fill up while the simulation runs."""
+    """The arrays of a run, filled during the simulation."""
 
     def __init__(self, robot: Robot, steps: int, task: FrameTask | None) -> None:
         self.robot, self.steps = robot, steps
@@ -183,7 +186,7 @@ class _Record:
                 self.levels[name][i, index] = value
 
     def _where(self, q: Array, stack: Levels) -> tuple[Array, Array, Array]:
-        """Pose, target and error, (6,), at q."""
+        """Pose, target and error, (6,), of the watched frame at q."""
         pose, error = self.robot.pose(q, self.frame), np.zeros(6)
         task = _watched(stack)
         if task is None or (task.frame or self.frame) != self.frame:

@@ -19,32 +19,32 @@ from robust_ik.robot.robot import Robot
 class Trajectory:
     """A recorded run of N steps; row i of every array belongs to time[i], before step i is taken.
 
-    The frame that poses and errors are of is that of the stack's first task with a target pose, else the robot's tip.
-    L is the largest number of levels; entries of levels that a step does not have are NaN.
+    Poses and errors are those of the frame of the stack's first task with a target pose, else of the robot's tip. L is
+    the largest number of levels; entries of levels that a step does not have are NaN.
 
     Attributes:
-        robot: The robot that ran.
-        resolver: What drove it.
-        name: What to call the run: the inverse if it is the same for every level, else the resolver.
+        robot: The robot.
+        resolver: The resolver.
+        name: Name of the run: the inverse if it is the same for every level, else the resolver.
         time: Seconds, (N,).
         q: Configurations, (N, nq).
         qdot: Commanded joint velocities, (N, n).
-        target: Target poses, (N, 4, 4); the pose itself where there is none.
+        target: Target poses, (N, 4, 4); the pose itself if there is none.
         pose: Poses of the frame, (N, 4, 4).
         error: Target minus pose, (N, 6): m, then rad, world axes; zero in rows that the task does not have.
         sigma: Singular values of the frame's Jacobian in the robot's rows, (N, k), descending.
         scale: The share of its motion that limits allow each level, (N, L).
         residual: ‖ẋ − J q̇‖ of each level, (N, L).
-        manipulability: Π σ of each level in what the levels above leave, (N, L).
-        smallest_level_sigma: The smallest σ of each level in what the levels above leave, (N, L).
+        manipulability: Π σ of each level in the freedom left by the levels above, (N, L).
+        smallest_level_sigma: The smallest σ of each level in the freedom left by the levels above, (N, L).
         corank: How many of these σ are zero, (N, L).
         algorithmic: Whether an algorithmic singularity is near, (N, L).
-        status: How each step went, (N,) of `Status`.
+        status: Status of each step, (N,) of `Status`.
         active: Limits that each step's velocities lie on, N tuples of names.
-        contradictions: Limits that had to yield in each step, N tuples of names.
+        contradictions: Limits that yielded in each step, N tuples of names.
         seconds_per_step: Median wall-clock time of one control step.
         final_q: Configuration after the last step, (nq,).
-        final_error: Target minus pose there, (6,).
+        final_error: Target minus pose at final_q, (6,).
     """
 
     robot: Robot
@@ -71,7 +71,7 @@ class Trajectory:
     final_error: Array
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        # Arrays that come from another process can be written to.
+        # Arrays that come from another process are writable.
         for value in state.values():
             if isinstance(value, np.ndarray):
                 value.setflags(write=False)
@@ -84,7 +84,7 @@ class Trajectory:
 
     @property
     def largest_speed_ratio(self) -> float:
-        """Largest |q̇| of any joint over its own speed limit; 0 where no limit is stated."""
+        """Largest |q̇| of any joint divided by its speed limit; 0 if no limit is stated."""
         with np.errstate(divide="ignore", invalid="ignore"):
             ratio = np.abs(self.qdot) / self.robot.velocity_limit
         return float(np.nan_to_num(ratio, nan=0.0, posinf=np.inf).max())
@@ -101,10 +101,10 @@ class Trajectory:
 
     @property
     def smallest_sigma(self) -> float:
-        """The smallest singular value of the frame's Jacobian that was met."""
+        """The smallest singular value of the frame's Jacobian during the run."""
         return float(self.sigma[:, -1].min())
 
     @checked
     def share(self, status: Status) -> float:
-        """The fraction of the steps that went so."""
+        """The fraction of steps with this status."""
         return float(np.mean([each is status for each in self.status]))

@@ -1,4 +1,4 @@
-"""Singular configurations of an arm: found, told apart, named; and what is lost there."""
+"""Finds all singular configurations of an arm, groups them in families, names them, and says what is lost there."""
 
 from robust_ik.singularities.atlas.atlas import SingularityAtlas
 from robust_ik.singularities.atlas.atlas_record import NoSingularitiesError

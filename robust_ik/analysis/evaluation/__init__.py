@@ -1,4 +1,4 @@
-"""Dułęba's evaluation of singularity-robust inverses: what they change, and how safe that makes. Arrays only."""
+"""Dułęba's evaluation of singularity-robust inverses: changes of the Jacobian, and safety. Arrays only."""
 
 from robust_ik.analysis.evaluation.determinants import (
     allows_multiplicative_inverse,

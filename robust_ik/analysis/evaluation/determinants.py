@@ -1,4 +1,4 @@
-"""Why adding to M = J Jᵀ always cures a singularity, and adding to J does not. Arrays only."""
+"""Determinants that show why adding to M = J Jᵀ always cures a singularity, and adding to J does not. Arrays only."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def determinant_excess(A: ArrayLike, M: ArrayLike) -> Array:
         M: Symmetric, positive semidefinite, (..., m, m).
 
     Raises:
-        InputError: A or M is not what it should be.
+        InputError: A or M does not have these properties.
 
     Source: Duleba 2023, eqs. (7) to (10).
     """
@@ -59,7 +59,7 @@ def _elementary_symmetric(values: Array) -> Array:
 def allows_multiplicative_inverse(m: int, n: int, corank: int) -> bool:
     """Whether some Ψ of rank m has J Ψᵀ = 0, so that (J + Ψ)(J + Ψ)ᵀ = J Jᵀ + ΨΨᵀ is regular: n − m + c ≥ m.
 
-    It rarely holds, not for n = 4, m = 3, c = 1; so there is no such inverse here.
+    It rarely holds, for example not for n = 4, m = 3, c = 1; so there is no such inverse here.
 
     Args:
         m: Task rows.
@@ -89,7 +89,7 @@ def fatal_dampings(J: ArrayLike) -> Array:
     if J.ndim != 2 or J.shape[0] != J.shape[1]:
         raise InputError(f"fatal_dampings takes one square matrix, got shape {J.shape}")
     eigenvalues = np.linalg.eigvals(J)
-    # A multiple eigenvalue is known to the root of the precision only.
+    # A multiple eigenvalue is only accurate to the root of the precision.
     rounding = np.sqrt(np.finfo(float).eps) * float(svd(J).s[0])
     real = np.abs(eigenvalues.imag) <= rounding
     return np.sort(-eigenvalues.real[real & (np.abs(eigenvalues) > rounding)])

@@ -1,4 +1,4 @@
-"""The damping that Dułęba compares with his clamp: as large as changes M = J Jᵀ as much as the clamp does."""
+"""Damping that changes M = J Jᵀ as much as Dułęba's clamp does, for comparison with the clamp."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from robust_ik.inverses.damping_formulas import damped_gain
 class DulebaMatched(SingularValueFilter):
     """φᵢ = σᵢ/(σᵢ² + λ) with λ = Σ max(d_min² − σⱼ², 0)/k, so that f₁ = f₂: Algorithm 1 of the source.
 
-    Made to be compared with `DulebaClamp(floor)`, Algorithm 2; λ is 0 where no singular value is below the floor.
+    For comparison with `DulebaClamp(floor)`, Algorithm 2; λ is 0 if no singular value is below the floor.
 
     Watch for: the largest gain is not 1/d_min, as with the clamp, but grows with the number of rows: see `peak`.
 
@@ -49,7 +49,7 @@ class DulebaMatched(SingularValueFilter):
         return damped_gain(s, matching_squared_damping(s, self.floor)[..., None])
 
     def is_exact(self, s: ArrayLike) -> np.ndarray:
-        """Everywhere at once: where σ_k ≥ d_min."""
+        """All directions if σ_k ≥ d_min, else none."""
         s = np.asarray(s, dtype=float)
         return np.array(np.broadcast_to(s[..., -1:] >= self.floor, s.shape))
 
@@ -61,7 +61,7 @@ class DulebaMatched(SingularValueFilter):
         """The largest φ of k singular values: one at d_min/√(k − 1), the others at d_min or more.
 
         Args:
-            k: How many, at least 1.
+            k: Number of singular values, at least 1.
         """
         if k < 1:
             raise InputError(f"k must be at least 1, got {k}")

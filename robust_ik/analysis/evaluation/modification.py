@@ -1,8 +1,8 @@
 """How much a damping or a clamp changes a Jacobian, and how far it moves it away from its singularities. Arrays only.
 
-Dułęba compares two cures of M = J Jᵀ on equal terms: adding λI (damped least squares, λ = damping²) and raising every
-singular value to at least d_min, the floor. Singular values are those of a thin decomposition, `linalg.svd(J).s`,
-(..., k) with k = min(m, n): for m > n the smaller of M and JᵀJ stands in for M.
+Dułęba compares two cures of M = J Jᵀ on equal terms: adding λI (damped least squares, λ = damping²), and raising every
+singular value to at least d_min, the floor. Singular values are those of a thin decomposition, `robust_ik.svd(J).s`,
+(..., k) with k = min(m, n): for m > n, JᵀJ, which is smaller, takes the place of M.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def modification_by_clamp(s: ArrayLike, floor: float) -> Array:
 def matching_squared_damping(s: ArrayLike, floor: float) -> Array:
     """λ = f₂/k: the additive term that modifies M as much as the clamp does, f₁ = f₂, shape (...).
 
-    Watch for: it is the square of a damping, `DampedLeastSquares(damping=√λ)`, and 0 where no σ is below the floor.
+    Watch for: it is the square of a damping, `DampedLeastSquares(damping=√λ)`, and 0 if no σ is below the floor.
 
     Args:
         s: Singular values, (..., k).
@@ -81,7 +81,7 @@ def safety_by_damping(s: ArrayLike, squared_damping: ArrayLike) -> Array:
 def safety_by_clamp(s: ArrayLike, floor: float) -> Array:
     """h₂ = max(σ_k, d_min)²: the smallest eigenvalue of M after the clamp, shape (...).
 
-    The paper prints d_min², which holds where there is something to clamp; elsewhere it would be less than σ_k².
+    The paper prints d_min², which holds if σ_k is clamped; otherwise it would be less than σ_k².
 
     Args:
         s: Singular values, (..., k), in descending order.
@@ -95,10 +95,10 @@ def safety_by_clamp(s: ArrayLike, floor: float) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Damping and clamp at one Jacobian, both modifying M by the same amount; arrays over its leading axes.
+    """Comparison of damping and clamp that modify M by the same amount; arrays over the leading axes of J.
 
-    With c singular values below the floor, the clamp gets farther from the singularity, strictly where 0 < c < k;
-    for c = 0 both change nothing, and for c = k they are equal where all σ are.
+    With c singular values below the floor, the clamp gets at least as far from the singularity, strictly farther if
+    0 < c < k; for c = 0 both change nothing, and for c = k they are equal if all σ are.
 
     Attributes:
         squared_damping: The matching λ.
@@ -117,7 +117,7 @@ class Comparison:
 
 @computed
 def compare_damping_and_clamp(J: ArrayLike, floor: float) -> Comparison:
-    """How far each gets from the singularity for the same modification.
+    """Compares how far damping and clamp get from the singularity for the same modification.
 
     Args:
         J: Jacobian, (..., m, n).

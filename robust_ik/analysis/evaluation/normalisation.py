@@ -1,4 +1,4 @@
-"""Task coordinates of different units and ranges, made comparable. Arrays only."""
+"""Makes task coordinates of different units and ranges comparable. Arrays only."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from robust_ik.errors import InputError
 def normalise(J: ArrayLike, extents: ArrayLike) -> Array:
     """J with every row divided by the largest value that its task coordinate can take: σ without units, (..., m, n).
 
-    Divide ẋ by the same extents. An upper bound will do, such as a₁ + a₂ + a₃ for x = a₁ + a₂ c₂ + a₃ c₂₃; the result
-    does not depend on the unit of length. Where J q̇ = ẋ can be met it leaves the solution alone; a damped inverse
-    then weighs the rows by their extents, and lost directions turn with them.
+    Divide ẋ by the same extents. An upper bound is enough, such as a₁ + a₂ + a₃ for x = a₁ + a₂ c₂ + a₃ c₂₃; the result
+    does not depend on the unit of length. If J q̇ = ẋ can be met, the solution does not change; a damped inverse weighs
+    the rows by their extents, and lost directions change with them.
 
     Args:
         J: Jacobian, (..., m, n).

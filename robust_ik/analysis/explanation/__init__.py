@@ -1,4 +1,4 @@
-"""What an inverse made of one commanded velocity, direction by direction. Arrays only."""
+"""Explains what an inverse made of one commanded velocity, direction by direction. Arrays only."""
 
 from robust_ik.analysis.explanation.explanation import Explanation, explain, unavoidable_angle
 from robust_ik.analysis.explanation.singular_directions import Branch, Direction

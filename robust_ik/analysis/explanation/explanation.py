@@ -1,4 +1,4 @@
-"""Explanation: one step of an inverse, taken apart, as numbers and as a table of plain text."""
+"""Explanation of one step of an inverse, direction by direction, as numbers and as a table of plain text."""
 
 from __future__ import annotations
 
@@ -20,28 +20,28 @@ from robust_ik.kinematics.twist_rows import ROWS
 
 HEADERS = ("", "σ", "φ", "asked", "given", "lost", "what", "speed", "share", "task direction", "joint direction")
 WORDS = ("what", "task direction", "joint direction")
-"""The columns aligned to the left; the others hold numbers."""
+"""The columns that are aligned to the left; the others hold numbers."""
 SHOWN, SHOWN_FROM = 3, 0.1
 """A direction is shown by its three largest components, if they are at least this large."""
 NOISE = 1e-12
-"""What is smaller than this fraction of its norm is shown as 0."""
+"""Numbers below this fraction of their norm are shown as 0."""
 
 
 @dataclass(frozen=True, eq=False)
 class Explanation:
-    """One step of an inverse, taken apart; `print` shows it as a table.
+    """One step of an inverse, split into directions; `print` shows it as a table.
 
     Attributes:
         inverse: The inverse that is explained.
         J: Jacobian, (m, n).
-        xdot: What was asked, (m,).
+        xdot: Task velocity asked for, (m,).
         qdot: Joint velocities, (n,), rad/s or m/s.
         threshold: Absolute σ up to which a direction counts as singular.
         directions: The m task directions, by descending σ.
         lost_directions: Orthonormal columns, (m, c), that span the singular ones.
         condition_number: σ₁/σ_k, infinite at a singularity.
         manipulability: Πσ.
-        unavoidable_angle: Angle between ẋ and what is not lost, rad; see the function of that name.
+        unavoidable_angle: Angle between ẋ and its part that is not lost, rad; see the function of that name.
         rows: Names of the m task rows.
     """
 
@@ -59,27 +59,27 @@ class Explanation:
 
     @property
     def corank(self) -> int:
-        """How many task directions are singular, m − rank, those that n < m joints leave over included."""
+        """How many task directions are singular, m − rank, including those that n < m joints leave over."""
         return int(self.lost_directions.shape[1])
 
     @property
     def smallest_sigma(self) -> float:
-        """σ_k, k = min(m, n): the 2-norm distance of J from a matrix of lower rank. It is no distance in q."""
+        """σ_k, k = min(m, n): the distance, in the 2-norm, of J from a matrix of lower rank; it is no distance in q."""
         return float(self.directions[min(self.J.shape) - 1].sigma)
 
     @property
     def given(self) -> Array:
-        """J q̇, (m,)."""
+        """The task velocity given, J q̇, (m,)."""
         return np.asarray(self.J @ self.qdot)
 
     @property
     def residual(self) -> Array:
-        """ẋ − J q̇, (m,)."""
+        """The task velocity not given, ẋ − J q̇, (m,)."""
         return np.asarray(self.xdot - self.given)
 
     @property
     def angle(self) -> float:
-        """Angle between asked and given, rad; 0 where nothing is asked, π/2 where nothing is given."""
+        """Angle between ẋ and J q̇, rad; 0 if nothing is asked, π/2 if nothing is given."""
         asked, given = float(np.linalg.norm(self.xdot)), float(np.linalg.norm(self.given))
         if asked == 0 or given == 0:
             return 0.0 if asked == 0 else float(np.pi / 2)
@@ -88,7 +88,7 @@ class Explanation:
 
     @property
     def speed_lost(self) -> float:
-        """1 − ẋᵀJ q̇/‖ẋ‖²: the fraction of the asked speed that is not given along ẋ; 0 where nothing is asked."""
+        """1 − ẋᵀJ q̇/‖ẋ‖²: the fraction of the speed asked for that is not given along ẋ; 0 if nothing is asked."""
         asked = float(np.linalg.norm(self.xdot))
         return 1 - float((self.xdot / asked) @ (self.given / asked)) if asked > 0 else 0.0
 
@@ -104,7 +104,7 @@ class Explanation:
 
     @property
     def null_share(self) -> float:
-        """The share of ‖q̇‖² that moves the task in no direction."""
+        """The fraction of ‖q̇‖² that moves the task in no direction."""
         return max(0.0, 1 - sum(d.share for d in self.directions)) if self.qdot.any() else 0.0
 
     def __str__(self) -> str:
@@ -121,17 +121,17 @@ def explain(
     qdot: ArrayLike | None = None,
     rows: Sequence[str] | None = None,
 ) -> Explanation:
-    """What an inverse gives of a task velocity and what it loses, direction by direction; print it.
+    """Explains what an inverse gives of a task velocity and what it loses, direction by direction; print the result.
 
-    Watch for: with a threshold, "singular" is what you say; "lost" in the table is only what no joint can move.
+    Watch for: "singular" depends on the threshold; "lost" in the table is only what no joint can move.
 
     Args:
         J: Jacobian, one matrix, (m, n).
         xdot: Task velocity, (m,).
         inverse: Any robust inverse.
         threshold: Absolute σ ≥ 0 up to which a direction counts as singular; default RANK_TOLERANCE σ₁.
-        qdot: The joint velocities that were commanded, (n,), where they are known: by an inverse that looks at the
-            error or has a memory, or with null-space motion added. Default `inverse.solve(J, xdot)`.
+        qdot: The joint velocities that were commanded, (n,), if known; give them for an inverse that reads the error or
+            has a memory, or if null-space motion was added. Default `inverse.solve(J, xdot)`.
         rows: Names of the task rows; default x y z wx wy wz if there are six, else 1, 2, ….
 
     Raises:
@@ -164,8 +164,8 @@ def explain(
 def unavoidable_angle(J: ArrayLike, xdot: ArrayLike, threshold: ArrayLike | None = None) -> Array:
     """The angle between ẋ and its projection onto the directions that are not lost, rad in [0, π/2].
 
-    Whatever the inverse, ‖ẋ − J q̇‖ ≥ sin(angle) ‖ẋ‖ if the singular directions cannot be moved. For m > n the
-    task directions that the joints leave over are lost as well. Zero where nothing is asked.
+    For any inverse, ‖ẋ − J q̇‖ ≥ sin(angle) ‖ẋ‖ if it cannot move along singular directions. For m > n the task
+    directions that the joints leave over are lost as well. The angle is 0 if nothing is asked.
 
     Args:
         J: Jacobian, (..., m, n).
@@ -252,7 +252,7 @@ def _number(value: float, scale: np.floating[Any]) -> str:
 
 
 def _percent(fraction: float) -> str:
-    return f"{round(fraction, 6) + 0.0:.1%}"  # + 0.0 turns −0.0 into 0.0
+    return f"{round(fraction, 6) + 0.0:.1%}"  # + 0.0 makes −0.0 positive
 
 
 def _in_words(vector: Array, names: Sequence[str]) -> str:

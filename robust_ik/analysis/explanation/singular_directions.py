@@ -1,4 +1,4 @@
-"""The singular directions of J, and what an inverse does along each of them."""
+"""Splits a step into the singular directions of J, and classifies what an inverse does along each of them."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from robust_ik.checks import Array, readonly
 from robust_ik.kinematics.svd import RANK_TOLERANCE, lost_directions, svd
 
 EXACT_TO = 1e-6
-"""A direction counts as exact, or as cut, to this fraction of what is asked."""
+"""Largest deviation, as a fraction of what is asked, at which a direction counts as exact or as cut."""
 
 ASKED_FROM = 1e-9
-"""A direction counts as asked from this fraction of ‖ẋ‖ on; below it, given/asked would be rounding."""
+"""Least fraction of ‖ẋ‖ at which a direction counts as asked; below it, given/asked would be rounding error."""
 
 
 class Branch(StrEnum):
-    """What became of one direction; the value is its label in the table."""
+    """What an inverse does along one direction; the value is its label in the table."""
 
     EXACT = "exact"
     """What is asked is given."""
@@ -33,24 +33,24 @@ class Branch(StrEnum):
     REVERSED = "reversed"
     """The opposite of what is asked is given."""
     UNASKED = "not asked"
-    """Nothing is asked along it, and the inverse does not say what it would give."""
+    """Nothing is asked along it, and what the inverse would give is unknown."""
 
 
 @dataclass(frozen=True, eq=False)
 class Direction:
-    """One singular direction of J, its pair (u, v) signed so that what is asked is not negative.
+    """One singular direction of J, its pair (u, v) signed so that uᵀẋ ≥ 0.
 
     Attributes:
         sigma: Singular value; 0 for the task directions that n < m joints leave over.
         u: Task direction, (m,), a unit vector.
-        v: Joint direction, (n,), a unit vector; zero where n < m leaves none.
+        v: Joint direction, (n,), a unit vector; zero if n < m leaves none.
         asked: uᵀẋ ≥ 0.
         given: uᵀJ q̇ = σ vᵀq̇.
         gain: φ(σ) of a filter, else None.
-        fraction: Given over asked, for a filter σφ(σ) whatever is asked; None where it is not known.
+        fraction: Given over asked; for a filter σφ(σ), even if nothing is asked; None if unknown.
         speed: vᵀq̇, the joint speed along v.
         share: speed²/‖q̇‖².
-        branch: What became of it.
+        branch: The class of the direction.
         singular: Whether σ is at most the threshold of the explanation.
     """
 
@@ -68,7 +68,7 @@ class Direction:
 
     @property
     def lost(self) -> float | None:
-        """The fraction of what is asked that is not given: above 1 where reversed, negative where amplified."""
+        """The fraction of what is asked that is not given: above 1 if reversed, negative if amplified."""
         return None if self.fraction is None else 1 - self.fraction
 
 
@@ -79,11 +79,11 @@ def take_apart(
 
     Args:
         J: Jacobian, (m, n).
-        xdot: What is asked, (m,).
+        xdot: Task velocity asked for, (m,).
         qdot: Joint velocities, (n,).
         threshold: σ up to which a direction counts as singular.
         gains: φ(σ), (k,), of a filter.
-        follows: Whether q̇ is what those gains make of ẋ, so that σφ(σ) is the fraction given.
+        follows: Whether q̇ results from ẋ by those gains, so that σφ(σ) is the fraction given.
     """
     U, s, V = _signed_pairs(J, xdot)
     total = float(np.linalg.norm(qdot))
@@ -114,7 +114,7 @@ def take_apart(
 
 
 def _signed_pairs(J: Array, xdot: Array) -> tuple[Array, Array, Array]:
-    """U (m, m), σ (m,), V (n, m), filled up with zeros to m, each pair signed so that uᵀẋ ≥ 0."""
+    """U (m, m), σ (m,), V (n, m), padded with zeros to m, each pair signed so that uᵀẋ ≥ 0."""
     decomposition = svd(J)
     m, k = decomposition.U.shape
     U = np.hstack([decomposition.U, lost_directions(decomposition.U)])

@@ -1,7 +1,8 @@
-"""What can be said about a control loop before it runs: gains, time steps, chatter at singularities. Arrays only.
+"""Stability of a control loop, known before it runs: gains, time steps, chatter at singularities. Arrays only.
 
-The loop is ẋ = K e, q̇ = J# ẋ, q ← q + Δt q̇, for a target at rest and e = target − current. `feedback` covers targets
-that can be reached; `chatter` those that cannot, where the arm stretches towards a singularity and may swing about it.
+The loop is ẋ = K e, q̇ = J# ẋ, q ← q + Δt q̇, for a target at rest and e = target − current. `feedback_gains` is
+for targets that can be reached; `chatter` for those that cannot, where the arm stretches to a singularity and may swing
+about it.
 """
 
 from robust_ik.analysis.stability.chatter import (

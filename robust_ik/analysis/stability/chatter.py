@@ -1,8 +1,8 @@
-"""Chatter: the swing about a singularity that a target out of reach pulls the arm into.
+"""Chatter: the swing about a singularity when the arm stretches towards a target out of reach.
 
 Along the lost direction the command does not vanish, uᵀẋ → w ≠ 0 ("lost speed"), while σ → 0. Let y be the joint motion
-along the unit vector v from the singularity on, and a = |dσ/dy|. One step takes y to y − Δt w φ(a|y|) sign y, which
-either dies out or ends in a swing between two sides. Linear stability of the loop does not see it.
+along the unit vector v from the singularity, and a = |dσ/dy|. One step takes y to y − Δt w φ(a|y|) sign y, which either
+dies out or ends in a swing between two sides. Linear stability analysis does not show it.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from robust_ik.kinematics.singular_value_gradients import singular_value_gradien
 from robust_ik.kinematics.svd import svd
 
 REFINEMENTS, PER_REFINEMENT = 6, 41
-"""How often an interval is divided, and into how many points: 40⁶ takes the 4 % between grid points to 1e-11 of σ."""
+"""Divisions of an interval, and points of each: 40⁶ takes the 4 % between grid points to 1e-11 of σ."""
 
 
 @computed
 def slope_at_zero(inverse: SingularValueFilter, sigma_max: float) -> float:
-    """φ'(0): 1/λ² for damped least squares, p/(γσ₁)² for J-PARSE; infinite where φ(0⁺) ≠ 0.
+    """φ'(0): 1/λ² for damped least squares, p/(γσ₁)² for J-PARSE; infinite if φ(0⁺) ≠ 0.
 
     Args:
         inverse: The filter.
@@ -36,15 +36,15 @@ def slope_at_zero(inverse: SingularValueFilter, sigma_max: float) -> float:
         raise InputError(f"only a singular-value filter has a gain φ(σ) to probe, got {inverse!r}")
     sigma = checked_parameter("sigma_max", sigma_max, above=0) * np.array([1e-150, 1e-140])
     nearer, farther = gains_at(inverse, sigma_max, sigma) / sigma
-    # A finite slope is the same at both; where φ(0⁺) > 0, or φ grows like a root, it is ever steeper.
+    # A finite slope is the same at both; if φ(0⁺) > 0, or φ grows like a root, it is ever steeper.
     return math.inf if nearer > farther * (1 + 1e-6) else float(nearer)
 
 
 @computed
 def steepest_slope(inverse: SingularValueFilter, sigma_max: float) -> float:
-    """The least upper bound of φ(σ)/σ over 0 < σ ≤ σ₁: at least φ'(0), and what decides for swings of any size.
+    """The least upper bound of φ(σ)/σ over 0 < σ ≤ σ₁: at least φ'(0); it decides about swings of any size.
 
-    For J-PARSE max(1, p)/(γσ₁)², for a truncation at τ 1/τ² although φ'(0) = 0 there.
+    It is max(1, p)/(γσ₁)² for J-PARSE, and 1/τ² for a truncation at τ, whose φ'(0) is 0.
 
     Args:
         inverse: The filter.
@@ -57,11 +57,11 @@ def steepest_slope(inverse: SingularValueFilter, sigma_max: float) -> float:
 
 @computed
 def sigma_rate(J: ArrayLike, hessian: ArrayLike) -> Array:
-    """How fast the smallest singular value grows with joint motion along its own v: a = |dσ_k/dy|, shape (...).
+    """The rate a = |dσ_k/dy| at which the smallest singular value grows with joint motion along its own v, shape (...).
 
     Its unit is that of σ per rad or m.
 
-    Watch for: it needs a σ_k that is alone, and is 0 where moving along v does not leave the singularity.
+    Watch for: σ_k must be a simple singular value; a is 0 if motion along v does not leave the singularity.
 
     Args:
         J: Jacobian at, or near, the singularity, (..., m, n).
@@ -94,9 +94,9 @@ def limit_cycle_amplitude(
 ) -> float:
     """The largest swing ±y about the singularity that repeats itself every two steps, rad or m along v; 0 if none.
 
-    It solves Δt w φ(a y) = 2y. Where φ(0⁺) = φ₀ > 0 it is always there, Δt φ₀ |w|/2 for small Δt; for damped least
-    squares it is √(Δt |w| a/2 − λ²)/a above the critical Δt. It attracts if φ grows there with σ, and is the half of
-    the whole swing where φ is constant; where φ falls, swings may become larger. Infinite where it would need σ > σ₁.
+    It solves Δt w φ(a y) = 2y. If φ(0⁺) = φ₀ > 0 there always is one, Δt φ₀ |w|/2 for small Δt; for damped least
+    squares it is √(Δt |w| a/2 − λ²)/a above the critical Δt. It is attractive if φ grows there with σ, and half of the
+    whole swing if φ is constant; if φ falls, swings may become larger. It is infinite if it would need σ > σ₁.
 
     Args:
         inverse: The filter.

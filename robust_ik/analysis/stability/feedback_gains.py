@@ -1,4 +1,4 @@
-"""Gains and time steps for which the error of a target that can be reached decreases.
+"""Gains and time steps for which the error decreases, for a target that can be reached.
 
 K is a positive number in 1/s, or one per task row, (m,).
 """
@@ -20,12 +20,12 @@ from robust_ik.kinematics.svd import svd
 
 @computed
 def largest_share(inverse: SingularValueFilter, sigma_max: float) -> float:
-    """The least upper bound of σφ(σ) over 0 < σ ≤ σ₁ = sigma_max: the most that is given of what is asked.
+    """The least upper bound of σφ(σ) over 0 < σ ≤ σ₁ = sigma_max: the largest fraction given of what is asked.
 
     max(1, p) for J-PARSE; σ₁²/(σ₁² + λ²) for damped least squares.
 
-    Watch for: it is probed with two singular values, σ₁ and σ. A filter that looks at more of them, such as at their
-    product, is seen with those two only.
+    Watch for: it is probed with two singular values, σ₁ and σ, only; the result may not hold for a filter that depends
+    on more of them, on their product for example.
 
     Args:
         inverse: The filter.
@@ -68,7 +68,7 @@ def largest_stable_dt(inverse: SingularValueFilter, gain: ArrayLike, sigma_max: 
 
 @computed
 def conservative_gain(inverse: SingularValueFilter, dt: float, rows: int, sigma_max: float) -> float:
-    """The paper's own bound k d̄ Δt ≤ 2/m, 1/s: m times smaller than `largest_stable_gain`, from diagonal dominance.
+    """The paper's own bound k ≤ 2/(m d̄ Δt), 1/s: m times smaller than `largest_stable_gain`, by diagonal dominance.
 
     The paper prints p for d̄ = max(1, p): for p < 1/m that would allow gains that make regular directions unstable.
 
@@ -85,10 +85,10 @@ def conservative_gain(inverse: SingularValueFilter, dt: float, rows: int, sigma_
 
 @computed
 def error_factors(inverse: SingularValueFilter, J: ArrayLike, gain: float, dt: float) -> Array:
-    """1 − Δt k dᵢ with dᵢ = σᵢφ(σᵢ): by what one step multiplies the error along uᵢ, for K = kI, (..., k).
+    """1 − Δt k dᵢ with dᵢ = σᵢφ(σᵢ): the factor of one step on the error along uᵢ, for K = kI, (..., k).
 
-    Stable while all lie in (−1, 1); 1 is a direction in which nothing happens, as are those that n < m joints leave
-    over.
+    Stable if all lie in (−1, 1). 1 is a direction in which nothing happens; it is also the factor of directions that n
+    < m joints leave over.
 
     Args:
         inverse: The filter.
@@ -103,13 +103,13 @@ def error_factors(inverse: SingularValueFilter, J: ArrayLike, gain: float, dt: f
 
 @computed
 def lyapunov(error: ArrayLike, gain: ArrayLike) -> Array:
-    """V = ½ eᵀKe, shape (...): what falls in continuous time. ½‖e‖² need not, if K is no multiple of I.
+    """V = ½ eᵀKe, shape (...): it falls in continuous time. ½‖e‖² need not, if K is no multiple of I.
 
     Args:
         error: Target minus current, (..., m).
         gain: K, one number or one per task row, 1/s.
 
-    Source: J-PARSE, eqs. (32) to (43), which come out with this V only.
+    Source: J-PARSE, eqs. (32) to (43), which hold with this V only.
     """
     error = as_array(error, "error", (None,))
     return np.asarray(0.5 * np.sum(positive_gain(gain, error.shape[-1]) * error**2, axis=-1))
@@ -117,7 +117,7 @@ def lyapunov(error: ArrayLike, gain: ArrayLike) -> Array:
 
 @computed
 def lyapunov_rate(inverse: SingularValueFilter, J: ArrayLike, error: ArrayLike, gain: ArrayLike) -> Array:
-    """V̇ = −(Ke)ᵀ J J# (Ke) ≤ 0 for a target at rest, shape (...); negative while Ke has a part that is given.
+    """V̇ = −(Ke)ᵀ J J# (Ke) ≤ 0 for a target at rest, shape (...); negative while some part of Ke is given.
 
     Args:
         inverse: The filter.
@@ -138,7 +138,7 @@ def lyapunov_rate(inverse: SingularValueFilter, J: ArrayLike, error: ArrayLike, 
 def decrease_matrix(inverse: SingularValueFilter, J: ArrayLike, gain: ArrayLike, dt: float) -> Array:
     """G − (Δt/2) G K G with G = J J#, (..., m, m): one step changes V by −Δt (Ke)ᵀ(…)(Ke), J being constant.
 
-    Never negative eigenvalues mean that V does not grow, whatever the error. It is the paper's S in world axes, U S Uᵀ.
+    If no eigenvalue is negative, V does not grow for any error. It is the paper's S in world axes, U S Uᵀ.
 
     Args:
         inverse: The filter.
@@ -160,7 +160,7 @@ def projector_leak(inverse: SingularValueFilter, J: ArrayLike) -> Array:
     """‖J (I − J#J)‖₂ = max σᵢ|1 − σᵢφ(σᵢ)|: the task speed that I − J#J leaks per secondary joint speed, shape (...).
 
     For damped least squares it is up to λ/2, at any distance from singularities, and holds the task off its target;
-    `linalg.null_projector` leaks nothing.
+    `robust_ik.null_projector` leaks nothing.
 
     Args:
         inverse: The filter.
@@ -171,7 +171,7 @@ def projector_leak(inverse: SingularValueFilter, J: ArrayLike) -> Array:
 
 
 def positive_gain(gain: ArrayLike, rows: int | None = None) -> Array:
-    """K as it was given: a positive number, or one per task row."""
+    """The gain K, checked: a positive number, or one per task row."""
     value = as_array(gain, "gain", ())
     if value.ndim > 1 or value.size == 0 or not (value > 0).all():
         raise InputError(f"gain must be one number > 0 or one per task row, got {gain!r}")

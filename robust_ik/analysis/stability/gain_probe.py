@@ -1,4 +1,4 @@
-"""The least upper bound of what a filter makes of one singular value, found by probing it."""
+"""The least upper bound of a measure of a filter's gain, found by probing one singular value."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ DECADES, PER_DECADE = 18, 60
 """The grid over σ: from σ₁ down to 1e-18 σ₁, below all that double precision tells from zero, even in the logarithm."""
 
 REFINEMENTS, PER_REFINEMENT = 6, 41
-"""How often the best interval is divided, and into how many points.
+"""Number of times the best interval is divided, and into how many points.
 
-Each round narrows it twentyfold. The place of a maximum is then known to 1e-8 of σ, and its value to rounding.
+Each round makes it twenty times narrower. The place of a maximum is then known to 1e-8 of σ, and its value to rounding.
 """
 
 Measure = Callable[[Array, Array], Array]
-"""From (σ, φ) to what is looked at."""
+"""A function of (σ, φ) whose supremum is sought."""
 
 
 def grid(inverse: SingularValueFilter, sigma_max: float) -> Array:
@@ -35,7 +35,7 @@ def grid(inverse: SingularValueFilter, sigma_max: float) -> Array:
 
 
 def gains_at(inverse: SingularValueFilter, sigma_max: float, sigma: Array) -> Array:
-    """φ(σ) of one direction while the other one has σ₁ = sigma_max."""
+    """φ(σ) of one direction while the other singular value is σ₁ = sigma_max."""
     return inverse.gains(np.stack([np.full_like(sigma, sigma_max), sigma], axis=-1))[..., 1]
 
 

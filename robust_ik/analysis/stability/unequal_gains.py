@@ -1,4 +1,4 @@
-"""Different gains for position and orientation along a singular direction: when they are safe.
+"""Unequal gains for position and orientation along a singular direction: when they are safe.
 
 The gain matrix from error to task velocity, I − uuᵀ + d uuᵀK_s, is not symmetric then; ½‖e‖² falls for every e as long
 as its symmetric part has no negative eigenvalue.

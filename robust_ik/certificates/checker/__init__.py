@@ -1,1 +1,1 @@
-"""Checks a proof by arithmetic of its own, modulo primes."""
+"""Checks proofs by its own arithmetic modulo primes."""

@@ -1,9 +1,9 @@
-"""Checks a proof without trusting what made it: other kinematics, no computer algebra, numbers modulo large primes.
+"""Checks a proof without trusting the prover: other kinematics, no computer algebra, numbers modulo large primes.
 
-Every split says that a minor of the Jacobian, times Π (x² + y²)^(d/2), is a constant times its factors. If it were not,
-both sides would differ at a random point modulo a random prime but for a chance below 1e-15. So a false proof
-passes a round with less than that chance for each of its cases; a true one always passes. What a child adds to its
-parent, the number fields and the absence of real roots are checked exactly.
+Every split claims that a minor of the Jacobian, times Π (x² + y²)^(d/2), is a constant times its factors. If that is
+false, both sides differ at a random point modulo a random prime, except with a chance below 1e-15. So a false proof
+passes a round with less than that chance for each of its cases; a true one always passes. The condition that a child
+adds to its parent, the number fields and the absence of real roots are checked exactly.
 """
 
 from __future__ import annotations
@@ -33,16 +33,16 @@ from robust_ik.certificates.proof.untrusted_json import CertificateError
 from robust_ik.checks.public_arguments import checked
 
 ATTEMPTS = 20
-"""Primes tried for a case. Chance divides by zero once in some 2⁵⁰ tries: twenty in a row are the proof's fault."""
+"""Most primes tried for a case. By chance one in about 2⁵⁰ divides by zero: if twenty do, the proof is wrong."""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What the checker found.
+    """The result of a check.
 
     Attributes:
-        accepted: Whether the proof holds and every leaf says more than the equations do: "certified".
-        reason: A sentence: what holds, or what does not and where.
+        accepted: Whether the proof holds and no leaf only repeats the equations: "certified".
+        reason: A sentence that says what holds, or what does not and where.
         implicit: Whether the proof holds, but some leaves only repeat the equations.
         cases: Number of cases that were checked.
     """
@@ -62,15 +62,15 @@ def check(
     rounds: int = 2,
     steps: float = MOST,
 ) -> Verdict:
-    """Whether a proof holds.
+    """Checks whether a proof holds.
 
     Args:
         certificate: The proof, or its JSON.
-        arm: The arm it must be about; by default whichever it says.
-        seed: Of the random points and primes; by default drawn from the proof's own text, so that the same proof gets
-            the same points and no proof can be made to fit them.
+        arm: The arm that the proof must be about; by default the arm in the proof.
+        seed: Seed of the random points and primes; by default a hash of the proof's text, so that the same proof gets
+            the same points, and no proof can be made to fit them.
         rounds: How often every identity is tested, at new points and modulo a new prime.
-        steps: What it may take, counted as in `steps`; a certificate that takes more is refused.
+        steps: Most steps, counted as in `counted_steps`; a certificate that takes more is refused.
     """
     try:
         text = certificate.to_json() if isinstance(certificate, Proof) else certificate
@@ -101,7 +101,7 @@ def _verdict(proof: Proof) -> Verdict:
 
 
 def _check_frame(proof: Proof, arm: Arm | None) -> None:
-    """What all cases share: the arm, the corank, the root."""
+    """Checks what all cases share: the arm, the corank, the root."""
     require(proof.arm is not None and proof.nodes, f"there is no case split ({proof.reason or 'no cases'})")
     assert proof.arm is not None
     require(arm is None or _geometry(arm) == _geometry(proof.arm), "it is about another arm")
@@ -123,7 +123,7 @@ def _geometry(arm: Arm) -> tuple[object, ...]:
 
 
 def _check_state(state: State, arm: Arm, where: str) -> None:
-    """Whether conditions are about the arm's joints, in a field."""
+    """Checks that conditions are about the arm's joints, in a field."""
     joints, n = [pin.joint for pin in state.pins], len(arm.joints)
     require(joints == sorted(set(joints)) and all(joint < n for joint in joints), f"{where}: pins of no joint")
     for pin in state.pins:
@@ -153,7 +153,7 @@ class _Round:
                 raise RefusedError(f"case {index}: {error}") from None
 
     def _retried(self, node: Node) -> None:
-        """Another prime where a division by zero came up."""
+        """Checks a node; after a division by zero, again modulo another prime."""
         for attempt in range(ATTEMPTS):
             if attempt:
                 self.prime = random_prime(self.rng)
@@ -204,7 +204,7 @@ class _Round:
 
     # ------------------------------------------------------------------------------------------ identities
     def _identity(self, node: Node, prime: int) -> None:
-        """Source · Π (x² + y²)^(d/2) = constant · Π factor^power at a random point, the constant not zero."""
+        """Checks source · Π (x² + y²)^(d/2) = constant · Π factor^power, constant ≠ 0, at a random point."""
         require(node.source is not None and any(Fraction(a) for a in node.constant), "nothing that vanishes is given")
         assert node.source is not None
         place = RandomPoint.random(self.proof, node.state, self.rng, prime)
@@ -215,7 +215,7 @@ class _Round:
             require(len(node.constant) == 1, "the constant of a norm is not rational")
             value = ring.norm(value)
         else:
-            ring.inverse(constant)  # a constant with a root in common with the field's polynomial is refused
+            ring.inverse(constant)  # refuses a constant with a root in common with the field's polynomial
         for factor in node.factors:
             require(not (node.norm and place.is_algebraic(factor.form)), "a factor of a norm is not rational")
             require(not set(factor.form.joints) & set(node.state.pinned), "a factor involves a pinned joint")

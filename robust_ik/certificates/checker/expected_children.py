@@ -1,4 +1,4 @@
-"""What the child of a factor must be, by exact arithmetic with fractions: the checker's half of `growing`."""
+"""The child that each factor must have, by exact arithmetic with fractions: the checker's version of `child_cases`."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def require(condition: object, why: str) -> None:
 
 
 def univariate(form: Form) -> list[Fraction]:
-    """A form in one joint with rational coefficients, as a polynomial in t = y/x with no root at t = ∞."""
+    """A form in one joint with rational coefficients, as a polynomial in t = y/x without a root at t = ∞."""
     require(len(form.joints) == 1, "a factor of one joint involves several, or none")
     values = [Fraction(0)] * (form.degrees[0] + 1)
     for powers, coefficient in form.terms:
@@ -33,7 +33,7 @@ def univariate(form: Form) -> list[Fraction]:
 
 
 def pin_child(state: State, factor: FormFactor) -> State:
-    """The parent with the joint at the one root of the factor."""
+    """The parent with the joint fixed at the only root of the factor."""
     require(factor.form.degrees == (1,), "a pin is not of degree one")
     low, high = univariate(factor.form)
     require(low or high, "a pin at a factor that is zero")
@@ -47,7 +47,7 @@ def relation_child(state: State, factor: FormFactor) -> State:
 
 
 def branch_child(state: State, joint: int, branch: FieldBranch) -> State:
-    """The parent in the field of a branch, with the joint at its root."""
+    """The parent in the field of a branch, with the joint fixed at its root."""
     pins = tuple(ExactPin(p.joint, moved(p.x, branch), moved(p.y, branch)) for p in state.pins)
     generators = tuple(
         replace(form, terms=tuple((powers, moved(value, branch)) for powers, value in form.terms))
@@ -57,7 +57,7 @@ def branch_child(state: State, joint: int, branch: FieldBranch) -> State:
 
 
 def check_branch(state: State, factor: FormFactor, branch: FieldBranch) -> None:
-    """Whether a branch is in both fields: θ and t are roots, ζ = θ + λ t, and no child means no real place."""
+    """Checks that a branch is in both fields: θ and t are roots, ζ = θ + λ t; without child it has no real place."""
     modulus = [Fraction(value) for value in branch.field]
     require(len(modulus) >= 2 and modulus[-1] == 1, "a field is not given by a monic polynomial")
     old, new = ([Fraction(value) for value in values] for values in (branch.old, branch.new))
@@ -72,18 +72,18 @@ def check_branch(state: State, factor: FormFactor, branch: FieldBranch) -> None:
 
 
 def check_unreal(factor: FormFactor) -> None:
-    """Whether a factor has no real root, t = ∞ included."""
+    """Checks that a factor has no real root, t = ∞ included."""
     values = univariate(factor.form)
     require(values[-1] and not has_real_root(values), "a factor with a real root was dropped")
 
 
 def moved(value: Coefficients, branch: FieldBranch) -> Coefficients:
-    """An element of the parent's field in the branch's field."""
+    """An element of the parent's field, as an element of the branch's field."""
     return value if len(value) == 1 else image(value, branch.old, branch.field)
 
 
 def image(value: Coefficients, theta: Coefficients, field: Coefficients) -> Coefficients:
-    """An element with another element put for θ."""
+    """The element with θ replaced by another element."""
     result = _image(value, [Fraction(a) for a in theta], [Fraction(a) for a in field])
     while len(result) > 1 and not result[-1]:
         result.pop()

@@ -1,4 +1,4 @@
-"""The checker's view of leaves: that they are singular, and that other cases lie inside them."""
+"""Checks of leaves: that they are singular, and that other cases lie inside them."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from robust_ik.certificates.proof.counted_steps import spend
 from robust_ik.certificates.proof.proof import Arm, Proof
 
 TRIES = 200
-"""How often a point on a leaf is looked for: relations have a root modulo about two primes of three."""
+"""Most attempts to find a point on a leaf: relations have a root modulo about two primes of three."""
 
 
 def check_leaf(proof: Proof, node: Node, rng: random.Random) -> None:
-    """Whether the Jacobian has the corank at a random point of the leaf, over a random prime field."""
+    """Checks that the Jacobian has the corank at a random point of the leaf, over a random prime field."""
     assert proof.arm is not None
     _check_relations(node)
     bound = min(len(proof.arm.rows), len(proof.arm.joints)) - proof.corank
@@ -40,7 +40,7 @@ def check_leaf(proof: Proof, node: Node, rng: random.Random) -> None:
 
 
 def _check_relations(node: Node) -> None:
-    """Whether the relations are solved each for a joint that is free and that those after it do not involve."""
+    """Checks that each relation is solved for a free joint that the later relations do not involve."""
     solved: list[int] = []
     for index, joint in reversed(node.relations):
         require(index < len(node.state.generators), "there is no such generator")
@@ -60,7 +60,7 @@ def _point(proof: Proof, node: Node, rng: random.Random, prime: int) -> Point | 
     theta = random_root(ring.monic, prime, rng)
     if theta is None:
         return None
-    ring = Ring(prime, (str(-theta), "1"))  # θ is a number now
+    ring = Ring(prime, (str(-theta), "1"))  # θ is now a number
     pinned = node.state.pinned
     require(all(joint < len(proof.arm.joints) for joint in pinned), "pins of no joint")
     point: Point = {j: random_point(j, proof.arm, rng, prime) for j in range(len(proof.arm.joints))}
@@ -77,9 +77,10 @@ def _point(proof: Proof, node: Node, rng: random.Random, prime: int) -> Point | 
 
 
 def check_inside(proof: Proof, node: Node, leaf: Node, rng: random.Random, prime: int) -> None:
-    """Whether a case's pins are among those of a leaf, and the leaf's relations follow from its generators.
+    """Checks that a case lies inside a leaf: it has the leaf's pins, and its generators imply the leaf's relations.
 
-    A relation follows if it is zero with the pins put in, or if a generator divides it there: tested on a random line.
+    A relation follows if it is zero with the pins inserted, or if a generator divides it there: tested on a random
+    line.
     """
     require(leaf.kind == "leaf", "a case lies inside what is no leaf")
     pins = node.state.pinned
@@ -124,13 +125,13 @@ def _divides(divisor: list[Any], value: list[Any], ring: Ring) -> bool:
 
 
 def _direction(arm: Arm, place: RandomPoint, joint: int) -> tuple[int, int]:
-    """Of a random line; along it a sliding joint stays at (1 : d)."""
+    """Direction of a joint along a random line; a sliding joint stays at (1 : d)."""
     p, rng = place.ring.prime, place.rng
     return 0 if joint in arm.sliding else rng.randrange(p), rng.randrange(p)
 
 
 def _on_line(form: Form, place: RandomPoint, other: RandomPoint, node: Node) -> list[Any]:
-    """A form along a line, the pins at rest, by interpolation: coefficients, lowest first, none if it is zero."""
+    """A form along a line with the pins fixed, by interpolation: coefficients, lowest first, none if it is zero."""
     p, free = place.ring.prime, [j for j in form.joints if j not in node.state.pinned]
     degree = sum(d for j, d in zip(form.joints, form.degrees, strict=True) if j in free)
     values = []

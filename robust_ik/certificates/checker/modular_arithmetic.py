@@ -1,4 +1,4 @@
-"""Numbers, matrices and polynomials modulo a large prime, for the checker. Plain integers."""
+"""Numbers, matrices and polynomials modulo a large prime, as plain integers."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ WITNESSES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 
 
 class UnluckyError(Exception):
-    """A prime or a point that a division by zero came up at; another one will do, or the proof is wrong."""
+    """A division by zero modulo this prime or at this point; another one will do, or the proof is wrong."""
 
 
 def is_prime(number: int) -> bool:
-    """Miller and Rabin's test, exact below 3e23."""
+    """True if a number is prime, by Miller and Rabin's test; exact below 3e23."""
     if number < 41 or any(number % witness == 0 for witness in WITNESSES):
         return number in (*WITNESSES,)
     odd, twos = number - 1, 0
@@ -40,7 +40,7 @@ def random_prime(rng: random.Random) -> int:
 
 
 def fraction(text: str, prime: int) -> int:
-    """A fraction as text modulo a prime."""
+    """A fraction, given as text, modulo a prime."""
     spend(5 + (len(text) / 40) ** 2)
     above, _, below = text.partition("/")
     return (int(above) * inverse(int(below), prime) if below else int(above)) % prime
@@ -54,7 +54,7 @@ def inverse(number: int, prime: int) -> int:
 
 
 def determinant(matrix: Sequence[Sequence[Any]], prime: int) -> Any:
-    """By expansion over sets of columns: without division, so in any ring."""
+    """The determinant, by expansion over sets of columns: without division, so in any ring."""
     minors: dict[int, Any] = {0: 1}
     size = len(matrix)
     spend(10 * size * 2**size)
@@ -158,7 +158,7 @@ def product(factors: Sequence[list[int]], prime: int) -> list[int]:
 
 
 def random_root(f: list[int], prime: int, rng: random.Random) -> int | None:
-    """A root modulo the prime, any of them alike (Cantor and Zassenhaus); None if there is none."""
+    """A random root modulo the prime, all alike (Cantor and Zassenhaus); None if there is none."""
     f = trimmed(f, prime)
     if len(f) < 2:
         return None

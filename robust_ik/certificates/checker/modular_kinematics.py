@@ -34,12 +34,12 @@ def is_rigid(arm: Arm) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class ModularReplay:
-    """An arm in one ring.
+    """The kinematics of an arm in one ring.
 
     Attributes:
         arm: The arm.
         link: The link whose frame the Jacobian is written in; 0 for the base.
-        ring: Where the numbers live.
+        ring: The ring of its numbers.
     """
 
     arm: Arm
@@ -49,7 +49,7 @@ class ModularReplay:
     def jacobian(self, point: Point) -> list[list[Any]]:
         """The arm's task rows, (rows, n), at a point.
 
-        The frames are found from the base outwards, then seen from the link.
+        Frames are computed from the base outwards, then transformed to the link.
         """
         spend(500 * len(self.arm.links))
         p, frames = self.ring.prime, self._frames(point)
@@ -71,7 +71,7 @@ class ModularReplay:
         return [[[fraction(value, self.ring.prime) for value in row] for row in link] for link in self.arm.links]
 
     def _frames(self, point: Point) -> list[tuple[list[Any], list[list[Any]]]]:
-        """Origin and axes in the base of every joint's moved frame, and of the tip."""
+        """Origin and axes of every joint's moved frame, and of the tip, in the base."""
         p = self.ring.prime
         place: list[Any] = [0, 0, 0]
         axes: list[list[Any]] = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
@@ -89,20 +89,20 @@ class ModularReplay:
         return result
 
     def _length(self, x: Any, y: Any) -> Any:
-        """The length from (1, d)."""
+        """The length of a slide at (1, d)."""
         if x != 1:
             raise UnluckyError("a sliding joint is not at (1 : d)")
         return y
 
     def _angle(self, x: Any, y: Any) -> tuple[Any, Any]:
-        """Cosine and sine from those of the half angle, up to their common factor."""
+        """Cosine and sine of the angle, from those of the half angle up to their common factor."""
         p = self.ring.prime
         scale = self.ring.inverse((x * x + y * y) % p)
         return (x * x - y * y) * scale % p, 2 * x * y * scale % p
 
 
 def random_point(joint: int, arm: Arm, rng: random.Random, prime: int) -> tuple[int, int]:
-    """(x, y) of a joint anywhere: any two numbers for an angle, (1, d) for a length."""
+    """A random (x, y) of a joint: any two numbers for an angle, (1, d) for a length."""
     x = 1 if joint in arm.sliding else rng.randrange(prime)
     return x, rng.randrange(prime)
 
@@ -122,7 +122,7 @@ def evaluate(form: Form, point: Point, ring: Ring) -> Any:
 
 
 def collect(form: Form, joint: int, point: Point, ring: Ring) -> list[Any]:
-    """A form as coefficients of the powers of one joint's y, lowest first, the other joints at a point."""
+    """A form as a polynomial in y of one joint, lowest coefficient first, with the other joints at a point."""
     degree = dict(zip(form.joints, form.degrees)).get(joint, 0)
     result: list[Any] = [0] * (degree + 1)
     one: Point = {**point, joint: (1, 1)}

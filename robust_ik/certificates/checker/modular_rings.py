@@ -1,4 +1,4 @@
-"""The rings 𝔽ₚ[θ]/(m), for the checker: a joint at an algebraic angle is a number in one of them."""
+"""The rings 𝔽ₚ[θ]/(m), in which joints at algebraic angles have coordinates."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from robust_ik.certificates.proof.counted_steps import spend
 
 
 class Element:
-    """An element of 𝔽ₚ[θ]/(m) for m of degree at least 2; mixes with integers."""
+    """An element of 𝔽ₚ[θ]/(m) for m of degree at least 2; it can be combined with integers."""
 
     __slots__ = ("ring", "values")
 
@@ -71,7 +71,7 @@ class Element:
 
 @dataclass(eq=False)
 class Ring:
-    """𝔽ₚ[θ]/(m); plain integers modulo p where m has degree 1.
+    """The ring 𝔽ₚ[θ]/(m); its elements are plain integers modulo p if m has degree 1.
 
     Attributes:
         prime: p.
@@ -95,13 +95,13 @@ class Ring:
         return len(self.monic) - 1
 
     def number(self, coefficients: Coefficients) -> Any:
-        """A polynomial in θ as an element."""
+        """The element given by a polynomial in θ."""
         if coefficients not in self._cache:
             self._cache[coefficients] = self.element([fraction(value, self.prime) for value in coefficients])
         return self._cache[coefficients]
 
     def element(self, values: list[int]) -> Any:
-        """Coefficients of any number → the element, reduced."""
+        """The element with these coefficients, of any number, reduced."""
         values, size = list(values), self.degree
         while len(values) > size:
             head = values.pop() % self.prime
@@ -111,7 +111,7 @@ class Ring:
         return values[0] if size == 1 else Element(self, values)
 
     def _powers(self, value: Element) -> list[list[int]]:
-        """The matrix of the multiplication by an element."""
+        """The matrix of multiplication by an element."""
         rows = []
         for i in range(self.degree):
             rows.append(list((self.element([0] * i + [1]) * value % self.prime).values))
@@ -125,7 +125,7 @@ class Ring:
         return determinant_of_numbers(matrix, self.prime)
 
     def inverse(self, value: Any) -> Any:
-        """1/value, where the value has no common root with m."""
+        """1/value, for a value without a common root with m."""
         if isinstance(value, int):
             return inverse(value, self.prime)
         p = self.prime

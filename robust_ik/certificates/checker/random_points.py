@@ -1,4 +1,4 @@
-"""Random points of a case, and the value there of what vanishes."""
+"""Random points of a case, and the value of its vanishing source there."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class RandomPoint:
     Attributes:
         ring: 𝔽ₚ[θ]/(m).
         point: (x, y) of every joint: the pins, and random numbers.
-        rng: For what else is drawn.
+        rng: For further random numbers.
     """
 
     ring: Ring
@@ -37,7 +37,7 @@ class RandomPoint:
 
     @classmethod
     def random(cls, proof: Proof, state: State, rng: random.Random, prime: int) -> RandomPoint:
-        """A random point at which the pins hold; the generators do not."""
+        """A random point at which the pins hold; the generators need not vanish there."""
         assert proof.arm is not None
         ring = Ring(prime, state.field)
         n, pinned = len(proof.arm.joints), state.pinned
@@ -57,11 +57,11 @@ class RandomPoint:
         return evaluate(form, self.point, self.ring)
 
     def is_algebraic(self, form: Form) -> bool:
-        """Whether some coefficient is not rational."""
+        """Whether some coefficient of the form is not rational."""
         return any(len(coefficient) > 1 for _, coefficient in form.terms)
 
     def check_components(self, factor: FormFactor) -> None:
-        """Whether the branches' polynomials have all the roots θ + λ t, each once, and no other."""
+        """Checks that the roots of the branches' polynomials are exactly all θ + λ t, each once."""
         ring, p = self.ring, self.ring.prime
         minimal = univariate(factor.form)
         require(minimal[-1], "a factor with a root at q = π has it left out")
@@ -87,7 +87,7 @@ def _whole(value: Any) -> int:
 
 
 def source_value(place: RandomPoint, proof: Proof, node: Node) -> Any:
-    """The value of what vanishes, made homogeneous by the degrees that the node states."""
+    """The value of the node's source, which must vanish, homogeneous by the degrees that the node states."""
     source, state = node.source, node.state
     assert source is not None
     if source.kind == "minor":

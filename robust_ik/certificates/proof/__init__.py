@@ -1,4 +1,4 @@
-"""A proof as data: cases, their leaves, and what is read from them."""
+"""A proof as data: its cases, its leaves, and how they are read."""
 
 from robust_ik.certificates.proof.float_jacobian import float_jacobian
 from robust_ik.certificates.proof.leaf_points import members

@@ -1,9 +1,9 @@
-"""The parts of a proof: forms, conditions, factors, cases. Plain values.
+"""The parts of a proof as plain values: forms, conditions, factors, cases.
 
 Angles are points (x : y) = (cos q/2 : sin q/2), so that q = π is a point like any other. A sliding joint at length d is
-at (1 : d); there x is 1, and a point with x = 0 is no configuration. A node is a set of
-conditions: pins (joints that stand still), generators (forms that vanish) and the number field of the pins. It says
-that its real singular configurations lie in its children, or that it is a leaf: singular throughout.
+at (1 : d): its x is 1, and a point with x = 0 is no configuration. A node is a set of conditions: pins (fixed joints),
+generators (forms that vanish) and the number field of the pins. It states that its real singular configurations lie in
+its children, or that it is a leaf: singular throughout.
 """
 
 from __future__ import annotations
@@ -11,9 +11,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 Coefficients = tuple[str, ...]
-"""An element of the field: coefficients of a polynomial in θ, lowest first, as "3/2"."""
+"""An element of the field: coefficients of a polynomial in θ, lowest first, each like "3/2"."""
 RATIONAL: Coefficients = ("0", "1")
-"""The modulus θ: the field is ℚ."""
+"""The field ℚ, whose modulus is θ."""
 
 
 @dataclass(frozen=True)
@@ -21,9 +21,9 @@ class Form:
     """A polynomial, homogeneous in every joint's (x : y): Σ coefficient Π x^(degree − power) y^power.
 
     Attributes:
-        joints: Indices of the joints it involves, rising.
-        degrees: Its formal degree in each; what the powers lack of it is the multiplicity of q = π. For a sliding
-            joint, whose x is 1, it says nothing.
+        joints: Indices of the joints it involves, ascending.
+        degrees: Its formal degree in each joint; the difference to the largest power is the multiplicity of q = π. It
+            has no meaning for a sliding joint, whose x is 1.
         terms: Powers of the joints' y, and the coefficient.
     """
 
@@ -34,7 +34,7 @@ class Form:
 
 @dataclass(frozen=True)
 class ExactPin:
-    """A joint that stands still at (x : y).
+    """A joint that is fixed at (x : y).
 
     Attributes:
         joint: Its index.
@@ -52,7 +52,7 @@ class State:
     """The conditions of a node.
 
     Attributes:
-        pins: Joints that stand still, rising.
+        pins: Fixed joints, ascending.
         generators: Forms that vanish.
         field: Coefficients of the polynomial that θ is a root of; (0, 1) for ℚ.
     """
@@ -69,15 +69,15 @@ class State:
 
 @dataclass(frozen=True)
 class Source:
-    """What vanishes at every singular configuration of a node.
+    """A polynomial that vanishes at every singular configuration of a node.
 
     Attributes:
         kind: "minor", "generator" or "resultant".
-        rows: Minor: weights of the Jacobian's rows, one tuple for each row of the minor.
-        columns: Minor: its joints.
-        first: Generator: its index. Resultant: the index of the first generator.
-        second: Resultant: the index of the second generator.
-        joint: Resultant: the joint that is eliminated.
+        rows: Of a minor: weights of the Jacobian's rows, one tuple for each row of the minor.
+        columns: Of a minor: its joints.
+        first: Of a generator: its index. Of a resultant: the index of the first generator.
+        second: Of a resultant: the index of the second generator.
+        joint: Of a resultant: the joint that is eliminated.
     """
 
     kind: str
@@ -90,13 +90,13 @@ class Source:
 
 @dataclass(frozen=True)
 class FieldBranch:
-    """One way to be at a root of a factor in one joint, over a number field.
+    """A root of a factor in one joint, over a number field, with the new field that contains it.
 
     Attributes:
         field: The new field, of ζ = θ + λ t.
         old: θ in it.
         new: t = y/x of the joint in it.
-        child: The node, or −1 where the field has no real place.
+        child: The child node, or −1 if the field has no real place.
     """
 
     field: Coefficients
@@ -107,7 +107,7 @@ class FieldBranch:
 
 @dataclass(frozen=True)
 class FormFactor:
-    """A factor of what vanishes, and where it leads.
+    """A factor of a node's source, with the child where it vanishes.
 
     Attributes:
         kind: "pin" (of degree one in one joint), "relation", "roots" (of one joint, adjoined to the field) or
@@ -133,17 +133,17 @@ class Node:
 
     Attributes:
         state: Its conditions.
-        kind: "split", "contradiction" (nothing here), "leaf", "implicit" (a leaf that repeats the equations),
+        kind: "split", "contradiction" (no configuration), "leaf", "implicit" (a leaf that repeats the equations),
             "subsumed" (inside a leaf) or "open".
-        source: What was factored, for a split or a contradiction.
+        source: The polynomial that was factored, for a split or a contradiction.
         norm: Whether the norm over ℚ of the source was factored.
         constant: The constant in front of the factors.
         degrees: Formal degrees of the source in the turning joints that are not pinned.
         factors: The factors, each with its child.
-        relations: Leaf: generators that describe it (the pins put in), each with the joint it is solved for, which
-            those after it do not involve.
-        leaf: The leaf that a subsumed node lies in.
-        image: θ of that leaf's field in this node's field.
+        relations: Of a leaf: generators that describe it (with the pins inserted), each with the joint for which it is
+            solved, which the later ones do not involve.
+        leaf: The leaf in which a subsumed node lies.
+        image: θ of that leaf's field, in this node's field.
         reason: Why a node is open.
     """
 

@@ -1,4 +1,4 @@
-"""What a check may take, counted in steps, so that a certificate made to keep the checker busy is refused."""
+"""Counts the steps of a check, so that a certificate made to keep the checker busy is refused."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 MOST = 30_000_000
-"""Steps of a check, some five seconds; proofs of the arms that are known take up to 6,400,000."""
+"""Most steps of a check, some five seconds; proofs of known arms take up to 6,400,000."""
 
 
 class TooManyStepsError(Exception):
-    """A check that would take more steps than it may."""
+    """A check would take more steps than allowed."""
 
 
 class _Left(threading.local):
@@ -23,7 +23,7 @@ _LEFT = _Left()
 
 @contextmanager
 def at_most(steps: float) -> Iterator[None]:
-    """What is done inside may take so many steps, each about a tenth of a microsecond of a machine's time."""
+    """Limits the code inside to so many steps, each about a tenth of a microsecond of a machine's time."""
     before, _LEFT.steps = _LEFT.steps, steps
     try:
         yield
@@ -32,10 +32,10 @@ def at_most(steps: float) -> Iterator[None]:
 
 
 def spend(steps: float) -> None:
-    """Counts steps that are about to be taken.
+    """Subtracts steps that are about to be taken.
 
     Raises:
-        TooManyStepsError: There are not so many left.
+        TooManyStepsError: Fewer are left.
     """
     _LEFT.steps -= steps
     if _LEFT.steps < 0:
@@ -43,5 +43,5 @@ def spend(steps: float) -> None:
 
 
 def left() -> float:
-    """How many are left; without bound, infinitely many."""
+    """Steps left; infinite without a limit."""
     return _LEFT.steps

@@ -1,4 +1,4 @@
-"""Elements of a number field ℚ[θ]/(m), as lists of coefficients, lowest first: exact, every step counted."""
+"""Elements of a number field ℚ[θ]/(m), as lists of coefficients, lowest first: exact, with every step counted."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def element_product(a: list[Fraction], b: list[Fraction], field: Coefficients) -
 
 
 def reduced(values: list[Fraction], modulus: list[Fraction]) -> list[Fraction]:
-    """The remainder of a polynomial in θ by the field's modulus."""
+    """The remainder of a polynomial in θ modulo the field's polynomial."""
     values, size = list(values), len(modulus) - 1
     while len(values) > size:
         head = values.pop() / modulus[-1]
@@ -29,5 +29,5 @@ def reduced(values: list[Fraction], modulus: list[Fraction]) -> list[Fraction]:
 
 
 def bits(value: Fraction) -> int:
-    """How long a fraction is, numerator and denominator together."""
+    """The length of a fraction in bits, numerator and denominator together."""
     return value.numerator.bit_length() + value.denominator.bit_length()

@@ -1,4 +1,4 @@
-"""An exact arm in floats: to compare it with the geometry that floats were used for. NumPy only."""
+"""The Jacobian of an exact arm in floats, for comparison with results in floats. NumPy only."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from robust_ik.kinematics.twist_rows import ROWS
 
 
 def float_jacobian(arm: Arm, values: Array) -> Array:
-    """The arm's Jacobian in its task rows: the tip's point, the base's axes.
+    """The arm's Jacobian in its task rows, at the tip's point, in the base's axes.
 
     Args:
         arm: The arm.

@@ -1,4 +1,4 @@
-"""Relations between joints, as a person or a program can read them."""
+"""Relations between joints, readable for people and programs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from robust_ik.checks import Array
 Term = dict[tuple[tuple[int, int], ...], Fraction]
 """Powers of (c, s) for each joint → coefficient."""
 SHORT = 12
-"""Terms of a relation that is worth printing in full."""
+"""Most terms of a relation that is printed in full."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,10 +27,10 @@ class JointRelation:
     Attributes:
         joints: Indices of the joints.
         names: Their names.
-        degrees: Degree in each joint's half angle, or length.
+        degrees: Degree in the half angle, or length, of each joint.
         powers: Power of sin(q/2), or of d, in each term, (terms, joints).
         coefficients: The terms' coefficients, (terms,), largest 1 in size.
-        exact: The coefficients as fractions, integers without common factor; none where they are algebraic.
+        exact: The coefficients as fractions: integers without common factor; empty if they are algebraic.
         sliding: Whether each of the joints slides.
     """
 
@@ -45,7 +45,7 @@ class JointRelation:
     def value(self, values: Array) -> Array:
         """The left side at joint values, (..., n) rad or m → (...).
 
-        Without sliding joints it is at most the sum of the coefficients' sizes.
+        Without sliding joints its magnitude is at most the sum of the coefficients' magnitudes.
         """
         q = np.asarray(values, dtype=float)[..., list(self.joints)]
         powers = np.array(self.powers, dtype=int).reshape(-1, len(self.joints))
@@ -59,12 +59,12 @@ class JointRelation:
 
     @property
     def short(self) -> bool:
-        """Whether it is short enough to be printed in full."""
+        """Whether it is short enough to print in full."""
         return len(self.terms) <= SHORT
 
     @cached_property
     def terms(self) -> tuple[tuple[str, float], ...]:
-        """Terms as ("c2 d3", coefficient): c2 = cos q2, d3 a length; "cos(q2/2)" where an angle's degree is odd."""
+        """Terms as ("c2 d3", coefficient): c2 = cos q2, d3 a length; "cos(q2/2)" if an angle's degree is odd."""
         if any(degree % 2 and not slides for degree, slides in zip(self.degrees, self.sliding, strict=True)):
             return tuple((self._half_angles(p), c) for p, c in zip(self.powers, self.coefficients, strict=True))
         found = self._trigonometric()
@@ -72,7 +72,7 @@ class JointRelation:
         return tuple((self._monomial(key), value / largest) for key, value in found.items())
 
     def __str__(self) -> str:
-        """The relation as an equation; a sum or difference of two joints by its value in degrees."""
+        """The relation as an equation; one on a sum or difference of two joints as its value in degrees."""
         return (
             self._sum() or " ".join(_signed(name, value, not i) for i, (name, value) in enumerate(self.terms)) + " = 0"
         )
@@ -94,7 +94,7 @@ class JointRelation:
         return " ".join(parts)
 
     def _trigonometric(self) -> dict[tuple[tuple[int, int], ...], float]:
-        """In cosines and sines: x² = (1 + c)/2, y² = (1 − c)/2, xy = s/2."""
+        """The terms in cosines and sines: x² = (1 + c)/2, y² = (1 − c)/2, xy = s/2."""
         exact = self.exact or tuple(Fraction(value) for value in self.coefficients)
         total: Term = {}
         for powers, coefficient in zip(self.powers, exact, strict=True):
@@ -108,7 +108,7 @@ class JointRelation:
         return dict(sorted(kept.items(), key=lambda item: (-sum(map(sum, item[0])), item[0][::-1])))
 
     def _sum(self) -> str:
-        """A relation that fixes the sum or the difference of two joints, by name; else empty."""
+        """The relation as a sum or difference of two joints; empty if it is none."""
         if self.degrees != (1, 1) or any(self.sliding):
             return ""
         at = dict(zip(self.powers, self.coefficients, strict=True))
@@ -121,7 +121,7 @@ class JointRelation:
 
 
 def relation(form: Form, state: State, theta: float, arm: Arm) -> JointRelation:
-    """A generator of a state with its pins put in, at one real place of the field.
+    """A generator of a state with its pins inserted, at one real place of the field.
 
     Args:
         form: The generator.
@@ -145,7 +145,7 @@ def relation(form: Form, state: State, theta: float, arm: Arm) -> JointRelation:
 
 
 def _restricted(form: Form, state: State) -> dict[tuple[int, ...], list[Fraction]]:
-    """Terms with the pins put in, coefficients in the field."""
+    """Terms with the pins inserted, coefficients in the field."""
     pinned, result = state.pinned, dict[tuple[int, ...], list[Fraction]]()
     for powers, coefficient in form.terms:
         value = [Fraction(a) for a in coefficient]
@@ -163,14 +163,14 @@ def _restricted(form: Form, state: State) -> dict[tuple[int, ...], list[Fraction
 
 
 def _primitive(values: list[Fraction]) -> tuple[Fraction, ...]:
-    """Scaled to integers without common factor."""
+    """The values scaled to integers without common factor."""
     scale = Fraction(math.lcm(*(value.denominator for value in values)))
     common = reduce(math.gcd, (int(value * scale) for value in values))
     return tuple(value * scale / common for value in values)
 
 
 def _half_angle_monomial(degree: int, power: int) -> dict[tuple[int, int], Fraction]:
-    """cos(q/2)^(degree − power) sin(q/2)^power in (c, s) of q, for an even degree."""
+    """cos(q/2)^(degree − power) sin(q/2)^power as a polynomial in c, s of q, for an even degree."""
     odd = power % 2
     plus, minus = (degree - power - odd) // 2, (power - odd) // 2
     row = [Fraction(1)]
@@ -190,13 +190,13 @@ def _signed(name: str, value: float, first: bool) -> str:
 
 
 def shown(degrees: float) -> str:
-    """An angle in degrees, in (−180, 180], without needless digits."""
+    """An angle in degrees, in (−180, 180], without trailing zeros."""
     turned = degrees - 360 * math.ceil(degrees / 360 - 0.5)
     nearest = round(turned)
     return f"{nearest}°" if abs(turned - nearest) < 1e-9 else f"{turned:.6f}°".replace("-", "−")
 
 
 def shown_length(metres: float) -> str:
-    """A length in metres, to the nanometre, without needless digits."""
+    """A length in metres, to the nanometre, without trailing zeros."""
     digits = f"{round(metres, 9) + 0.0:.9f}".rstrip("0").rstrip(".")  # + 0.0: no negative zero
     return digits.replace("-", "−") + " m"

@@ -1,4 +1,4 @@
-"""Real points on the leaves of a proof, to hold lists of singular configurations against them. NumPy only."""
+"""Real points on the leaves of a proof, for comparison with lists of singular configurations. NumPy only."""
 
 from __future__ import annotations
 
@@ -8,25 +8,25 @@ from robust_ik.certificates.proof.proof_leaves import LeafPlace
 from robust_ik.checks import Array
 
 STEPS, DIFFERENCE = 30, 1e-6
-"""Newton steps, of half a radian at the most: 7 bring any angle near, some 5 finish, the others are for slow starts.
+"""Newton steps, each of at most half a radian: 7 bring any angle near, about 5 finish, the rest are for slow starts.
 
 DIFFERENCE is the step of central differences, rad or m: near the cube root of ε, where their error is least.
 """
 SOLVED = 1e-12
-"""Size of a relation's left side at a point that lies on it."""
+"""Largest magnitude of a relation's left side at a point on it."""
 STARTS_PER_POINT = 2
-"""Starts for each point that is wanted, since Newton's method fails from some. Chosen: fewer leave too few points."""
+"""Starts for each wanted point, since Newton's method fails from some. Chosen: fewer leave too few points."""
 
 
 def members(place: LeafPlace, rng: np.random.Generator, count: int) -> Array:
     """Random real points of a place, (≤ count, n) rad or m: free joints anywhere, related ones by Newton's method.
 
-    None where there are none, or where none was found: a relation need not have real roots.
+    There are none if none exist, or if none was found: a relation need not have real roots.
 
     Args:
         place: A leaf of a proof at one real place of its field.
-        rng: For the free joints.
-        count: How many are wanted.
+        rng: Random numbers for the free joints.
+        count: Number of points wanted.
     """
     n = len(place.names)
     values = rng.uniform(-np.pi, np.pi, (count if not place.relations else STARTS_PER_POINT * count, n))
@@ -52,7 +52,7 @@ def _sides(place: LeafPlace, values: Array) -> Array:
 
 
 def _newton_step(place: LeafPlace, values: Array, moved: list[int]) -> Array:
-    """The least change of the joints `moved` that takes the relations to zero, to first order, (N, moved)."""
+    """The least change of the joints `moved` that makes the relations zero, to first order, (N, moved)."""
     slopes = []
     for joint in moved:
         step = DIFFERENCE * np.eye(values.shape[1])[joint]

@@ -1,4 +1,4 @@
-"""Proof: a case split of an arm's singular configurations, as plain values that go to JSON and back."""
+"""Proof: a case split of an arm's singular configurations, as plain values with a JSON form."""
 
 from __future__ import annotations
 
@@ -32,15 +32,15 @@ from robust_ik.kinematics.twist_rows import ROWS
 
 FORMAT, VERSION = "robust_ik certificate", 2
 TURNING_ONLY = 1
-"""The version before sliding joints: all joints turn."""
+"""The version before sliding joints, in which all joints turn."""
 MAX_LENGTH = 20_000_000
-"""Characters of a proof. Chosen: thirty times the Panda's for corank 2 (0.6 MB), read in seconds."""
+"""Most characters of a proof. Chosen: thirty times the Panda's for corank 2 (0.6 MB), which is read in seconds."""
 MAX_NODES = 20_000
-"""Cases of a proof. Chosen: four times as many as the prover makes before it gives up (`case_split.MAX_NODES`)."""
+"""Most cases of a proof. Chosen: four times as many as the prover makes before it gives up (`case_split.MAX_NODES`)."""
 MAX_JOINTS = 20
-"""Joints of an arm. Chosen: twice as many as the longest arms that are searched for singular configurations."""
+"""Most joints of an arm. Chosen: twice as many as the longest arms that are searched for singular configurations."""
 MAX_DEGREE = 128
-"""Largest power in a form, or of one. Chosen: ten times the 12 of a joint in a minor of six columns, 2 in each."""
+"""Largest power in a form, or of a form. Chosen: ten times the 12 of a joint in a minor of six columns, 2 in each."""
 
 
 @dataclass(frozen=True)
@@ -52,8 +52,8 @@ class Arm:
         joints: Joint names.
         rows: Task rows.
         links: The n + 1 constant transforms: three rows of the rotation, then the translation, fractions as text.
-        changes: How it differs from the robot it was made from, a sentence each.
-        sliding: Indices of the prismatic joints, rising; the others turn about their z.
+        changes: How it differs from the robot it was made from, one sentence each.
+        sliding: Indices of the prismatic joints, ascending; the others turn about their z.
     """
 
     name: str
@@ -66,12 +66,12 @@ class Arm:
 
 @dataclass(frozen=True)
 class Proof:
-    """A case split and what came of it.
+    """A case split for one corank of an arm.
 
     Attributes:
-        arm: The arm in rational numbers, or None where it is not supported.
-        corank: Rank deficiency that is treated: rank ≤ min(rows, joints) − corank.
-        link: The link whose frame the minors are written in; 0 for the base.
+        arm: The arm in rational numbers, or None if it is not supported.
+        corank: The rank deficiency: rank ≤ min(rows, joints) − corank.
+        link: The link in whose frame the minors are written; 0 for the base.
         nodes: The cases; the first is the root.
         reason: Why the status is "unsupported", or empty.
     """
@@ -84,7 +84,7 @@ class Proof:
 
     @property
     def status(self) -> str:
-        """One of "proved", "implicit" (closed, but a leaf only repeats the equations), "open" or "unsupported"."""
+        """One of "proved", "implicit" (complete, but a leaf only repeats the equations), "open", "unsupported"."""
         if self.arm is None:
             return "unsupported"
         if not self.nodes or any(node.kind == "open" for node in self.nodes):
@@ -97,13 +97,13 @@ class Proof:
         return tuple(node for node in self.nodes if node.kind in ("leaf", "implicit"))
 
     def is_implicit(self, node: Node) -> bool:
-        """Whether a case is a leaf that only repeats the equations: its relations are whole minors, two or more."""
+        """Whether a case is a leaf that only repeats the equations: two or more of its relations are whole minors."""
         forms = [node.state.generators[index] for index, _ in node.relations]
         return node.kind == "implicit" or (len(forms) > 1 and all(form in self._whole_minors for form in forms))
 
     @cached_property
     def _whole_minors(self) -> frozenset[Form]:
-        """Relations that are all there is of a minor."""
+        """Relations that are equal to a whole minor, without further factors."""
         splits = (node for node in self.nodes if node.source is not None and node.source.kind == "minor")
         return frozenset(node.factors[0].form for node in splits if len(node.factors) == 1)
 
@@ -131,7 +131,7 @@ def to_json(proof: Proof) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """Dataclasses as objects without what is default, tuples as lists."""
+    """Dataclasses as objects without default values, tuples as lists."""
     if isinstance(value, tuple):
         return [_plain(item) for item in value]
     if value is None or isinstance(value, (str, int)):

@@ -1,4 +1,4 @@
-"""What the leaves of a proof say: where joints stand still, relations, dimensions, and how sure that is."""
+"""The leaves of a proof: where joints are fixed, relations, dimensions, and how certain their list is."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ class LeafPlace:
 
     Attributes:
         names: Names of all joints.
-        angles: Joint index → angle at which it stands still, rad in (−π, π].
-        relations: What holds between the others.
-        dimension: Free joints less relations: the dimension at generic points, if there are real ones; None where the
-            relations are too many to be counted so.
-        lengths: Index of a sliding joint → length at which it stands still, m.
+        angles: Joint index → angle at which it is fixed, rad in (−π, π].
+        relations: Relations between the other joints.
+        dimension: Free joints minus relations: the dimension at generic points, if there are real ones; None if there
+            are too many relations for this count.
+        lengths: Index of a sliding joint → length at which it is fixed, m.
     """
 
     names: tuple[str, ...]
@@ -37,10 +37,10 @@ class LeafPlace:
     lengths: dict[int, float] = field(default_factory=dict)
 
     def residual(self, values: Array) -> Array:
-        """How far joint values are from the conditions, (..., n) rad or m → (...): 0 on the leaf, about 1 far off.
+        """Deviation of joint values from the conditions, (..., n) rad or m → (...): 0 on the leaf, about 1 far away.
 
-        The largest |sin| of half a pinned joint's error, of a sliding joint's error in metres, and size of a relation's
-        left side.
+        It is the largest of |sin| of half a pinned joint's error, a sliding joint's error in metres, and the magnitude
+        of a relation's left side.
         """
         q = np.asarray(values, dtype=float)
         parts = [np.abs(np.sin((q[..., joint] - angle) / 2)) for joint, angle in self.angles.items()]
@@ -60,8 +60,8 @@ class ProofLeaf:
     """A leaf of a proof.
 
     Attributes:
-        arm: The arm that the joints are of.
-        node: Its conditions as they stand in the proof.
+        arm: The arm.
+        node: The node of the proof, with its conditions.
         implicit: Whether it only repeats the equations.
     """
 
@@ -82,9 +82,9 @@ class ProofLeaf:
 
     @property
     def is_real(self) -> bool | None:
-        """Whether it is shown to have real points of its dimension: a lone relation by a change of sign.
+        """True if it is shown to have real points of its dimension; for a single relation a change of sign shows it.
 
-        None where that was not shown.
+        None if that was not shown.
         """
         place = self.places[0]
         if not place.relations:
@@ -93,7 +93,7 @@ class ProofLeaf:
             return None
         rng = np.random.default_rng(0)
         values = rng.uniform(-np.pi, np.pi, (1000, len(self.names)))
-        values[:, list(self.arm.sliding)] = rng.standard_cauchy((1000, len(self.arm.sliding)))  # lengths of any size
+        values[:, list(self.arm.sliding)] = rng.standard_cauchy((1000, len(self.arm.sliding)))  # of any magnitude
         signs = place.relations[0].value(values)
         return True if signs.min() < -1e-6 and signs.max() > 1e-6 else None
 
@@ -115,7 +115,7 @@ class ProofLeaf:
 
 @checked
 def leaves(proof: Proof) -> tuple[ProofLeaf, ...]:
-    """The leaves of a proof, as many as it has; none without an arm."""
+    """The leaves of a proof; none without an arm."""
     if proof.arm is None:
         return ()
     return tuple(ProofLeaf(proof.arm, node, proof.is_implicit(node)) for node in proof.leaves)

@@ -1,4 +1,4 @@
-"""Real roots of polynomials in one variable: how many, and where, by Sturm's theorem. Fractions and integers only."""
+"""Real roots of polynomials in one variable: number and places, by Sturm's theorem. Fractions and integers only."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def _trimmed(f: Poly) -> Poly:
 
 
 def _chain(f: Poly) -> list[list[int]]:
-    """Sturm's sequence f, f′, −rem, …, each times a positive number: by subresultants, so that numbers stay whole.
+    """Sturm's sequence f, f′, −rem, …, each times a positive number, by subresultants, so that numbers stay integers.
 
     Source: Brown and Traub, On Euclid's algorithm and the theory of subresultants, 1971.
     """
@@ -54,7 +54,7 @@ def _remainder(f: list[int], g: list[int]) -> list[int]:
 
 
 def _spend(f: list[int]) -> None:
-    """Steps that the sequence takes: numbers grow to the degree times their length."""
+    """Counts the steps of the sequence: numbers grow to the degree times their length."""
     degree, bits = len(f), max(a.bit_length() for a in f)
     spend(degree**2 * (10 + (degree * bits / 60) ** 1.6))
 
@@ -66,7 +66,7 @@ def _whole(f: Poly) -> list[int]:
 
 
 def _sign(f: list[int], x: Fraction) -> int:
-    """The sign of f(x), of its numerator: nothing is divided on the way."""
+    """The sign of f(x), from its numerator, without division."""
     result, power = 0, 1
     for coefficient in reversed(f):
         result = result * x.numerator + coefficient * power
@@ -84,7 +84,7 @@ def _changes_at(chain: list[list[int]], x: Fraction) -> int:
 
 
 def _bound(f: Poly) -> Fraction:
-    """Cauchy's bound: every root is smaller in size."""
+    """Cauchy's bound: every root is smaller in magnitude."""
     return 1 + max(abs(a / f[-1]) for a in f)
 
 
@@ -101,7 +101,7 @@ def has_real_root(coefficients: tuple[str, ...] | list[Fraction]) -> bool:
 
 
 def real_roots(coefficients: tuple[str, ...] | list[Fraction], width: Fraction = Fraction(1, 2**64)) -> list[Fraction]:
-    """The different real roots of a non-zero polynomial, each to within `width`, rising.
+    """The different real roots of a non-zero polynomial, each to within `width`, ascending.
 
     Args:
         coefficients: Lowest first.
@@ -113,7 +113,7 @@ def real_roots(coefficients: tuple[str, ...] | list[Fraction], width: Fraction =
     while waiting:
         low, before, high, after = waiting.pop()
         middle = (low + high) / 2
-        if before - after == 1 and high - low <= width:  # so many roots are in (low, high]
+        if before - after == 1 and high - low <= width:  # this many roots are in (low, high]
             found.append(middle)
         elif before > after:
             between = _changes_at(chain, middle)

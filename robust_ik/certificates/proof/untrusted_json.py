@@ -1,4 +1,4 @@
-"""Values from JSON that is not trusted: every one is of the type and the size that it may have, or is refused."""
+"""Reads values from JSON that is not trusted: a value of another type or size than allowed is refused."""
 
 from __future__ import annotations
 
@@ -10,26 +10,29 @@ from robust_ik.certificates.proof.case_tree import Coefficients
 from robust_ik.errors import InputError
 
 MAX_DIGITS = 2_000
-"""Of a numerator or a denominator. Chosen: under the 4,300 that Python's `int` reads; the xArm7's proofs take 45."""
+"""Most digits of a numerator or denominator.
+
+Chosen: below the 4,300 that Python's `int` reads; the xArm7's proofs have 45.
+"""
 MAX_DEGREE = 128
 """Largest number of a pair, such as a power: the same as for forms, `proof.MAX_DEGREE`."""
 MAX_FIELD = 17
-"""Coefficients of a field's polynomial: a prover works in fields up to degree 16."""
+"""Most coefficients of a field's polynomial: a prover works in fields up to degree 16."""
 MAX_TEXT = 400
-"""Characters of a name or a reason. Chosen: four times the longest of our proofs (87), a few lines on a screen."""
+"""Most characters of a name or a reason. Chosen: four times the longest in our proofs (87), a few lines on a screen."""
 FRACTION = re.compile(rf"-?[0-9]{{1,{MAX_DIGITS}}}(/[1-9][0-9]{{0,{MAX_DIGITS - 1}}})?")
 
 
 MOST_LISTS, MOST_VALUES = 2_000_000, 6_000_000
-"""Brackets and commas of a text: those of a proof of 500 cases are 50,000 and 100,000."""
+"""Most brackets and commas of a text; a proof of 500 cases has 50,000 and 100,000."""
 
 
 class CertificateError(InputError):
-    """Text that is no certificate."""
+    """Text that is not a certificate."""
 
 
 def read_json(text: str) -> Any:
-    """The data in JSON text, if it is not more than memory should hold.
+    """The data in JSON text, if it is not too large for memory.
 
     Raises:
         ValueError: It is no JSON, or holds too many values.
@@ -41,7 +44,7 @@ def read_json(text: str) -> Any:
 
 
 def an_object(data: Any, what: str, keys: set[str]) -> dict[str, Any]:
-    """The data as an object with no other keys."""
+    """The data as an object that has only these keys."""
     if not isinstance(data, dict) or not set(data) <= keys:
         raise CertificateError(f"{what} must be an object with keys of {', '.join(sorted(keys))}")
     return data

@@ -1,4 +1,4 @@
-"""Finds a proof: exact kinematics, minors, factors and cases."""
+"""Finds a proof by exact kinematics, minors, factors and cases."""
 
 from robust_ik.certificates.prover.exact_arm import UnsupportedError, exact_arm
 

@@ -1,4 +1,4 @@
-"""What to do with a case: which minor to branch on, or whether it is a leaf."""
+"""Decides what to do with a case: which minor to branch on, or whether it is a leaf."""
 
 from __future__ import annotations
 
@@ -20,24 +20,25 @@ from robust_ik.certificates.prover.trig_polynomials import Trig
 from robust_ik.certificates.prover.vanishing import divides, triangular, vanishes
 
 TRIALS = 30
-"""Minors that are factored to find one to branch on, the shortest first. Chosen: more make fewer cases, more slowly."""
+"""Most minors that are factored, the shortest first, to find the one to branch on. Chosen: more make fewer cases, but
+take longer."""
 
 MAX_LIVE = 6
-"""Relations that are gathered before a case is given up as implicit. Chosen: more may resolve it, but take long."""
+"""Most relations of a case; with more it is given up as implicit. Chosen: more may resolve it, but take long."""
 MAX_RELATIONS = 3
-"""Relations of a leaf at the most. Chosen: all sets of so many are tried, and their number grows fast."""
+"""Most relations that describe a leaf. Chosen: all sets of this size are tried, and their number grows fast."""
 
 
 @dataclass(frozen=True)
 class Decision:
-    """What a case is.
+    """The decision on a case.
 
     Attributes:
         kind: "split", "leaf", "implicit" or "open".
-        source: What vanishes and was factored.
+        source: The vanishing polynomial that was factored.
         factored: Its factors; none for a contradiction.
         degrees: Its formal degrees by joint.
-        relations: For a leaf, the generators that describe it, each with the joint it is solved for.
+        relations: For a leaf, the generators that describe it, each with the joint for which it is solved.
         reason: Why it is open.
     """
 
@@ -51,13 +52,13 @@ class Decision:
 
 @dataclass(frozen=True)
 class Case:
-    """A state of the arm and what vanishes there.
+    """One case: a set of conditions on an arm, for one corank.
 
     Attributes:
-        columns: Of the arm's Jacobian in the frame of a link.
+        columns: Columns of the arm's Jacobian in the frame of a link.
         corank: Rank deficiency.
         state: The conditions.
-        effort: What may be spent.
+        effort: The effort that is left.
     """
 
     columns: Columns
@@ -76,12 +77,12 @@ class Case:
         return HalfAngles(self.arm.n, Field(self.state.field), self.effort, self.arm.sliding)
 
     def decide(self) -> Decision:
-        """A leaf, a contradiction, or what to branch on."""
+        """The decision: a leaf, a contradiction, or a polynomial to branch on."""
         return self._reducible or self._overdetermined or self._branch()
 
     @cached_property
     def _overdetermined(self) -> Decision | None:
-        """A split on what follows from relations that cannot be solved each for a joint of its own."""
+        """A split on a resultant, if the relations cannot each be solved for a joint of its own."""
         relations = [factor.value for _, factor in self.live]
         if len(relations) < 2 or next(triangular(relations), None) is not None:
             return None
@@ -90,7 +91,7 @@ class Case:
     # ------------------------------------------------------------------------------------------ generators
     @cached_property
     def _generators(self) -> list[tuple[int, Homogeneous, Factored]]:
-        """Generators that the pins leave something of."""
+        """Generators that do not vanish with the pins inserted."""
         found = []
         for index, form in enumerate(self.state.generators):
             value = self.half.restrict(self.half.parse(form), self.state)
@@ -100,7 +101,7 @@ class Case:
 
     @cached_property
     def live(self) -> list[tuple[int, Homogeneous]]:
-        """Relations that hold: generators, pins put in, that are one irreducible form in several joints."""
+        """Relations of the case: generators that, with pins inserted, are one irreducible form in several joints."""
         found: dict[str, tuple[int, Homogeneous]] = {}
         for index, value, factored in self._generators:
             if factored.cost == (1, 0, 1) and factored.factors[0][1] == 1 and not factored.norm:
@@ -116,11 +117,11 @@ class Case:
         return None
 
     def vanishes(self, value: Homogeneous) -> bool:
-        """Whether a form is zero where the relations hold, at generic points of them."""
+        """Whether a form is zero at generic points of the relations."""
         return not value.value or vanishes(self.half, value.value, [relation.value for _, relation in self.live])
 
     def follows(self, value: Homogeneous) -> bool:
-        """Whether a form is zero where the relations hold, everywhere: zero, or a multiple of one of them."""
+        """Whether a form is zero everywhere on the relations: zero, or a multiple of one of them."""
         if not value.value:
             return True
         return any(divides(self.half, relation.value, value.value) for _, relation in self.live)
@@ -178,7 +179,7 @@ class Case:
         return Decision("split", source, factored, tuple((i, int(value.degrees[i])) for i in turning))
 
     def _relations(self, best: tuple[Factored, Minor, Homogeneous]) -> Decision:
-        """Branches on a resultant of the relations, else on a minor that brings a further relation."""
+        """Branches on a resultant of the relations, else on a minor that gives a further relation."""
         eliminated = self._eliminate()
         if eliminated is not None:
             return eliminated
@@ -188,7 +189,7 @@ class Case:
         return self._split(Source("minor", minor.rows, minor.columns), factored, value)
 
     def _eliminate(self) -> Decision | None:
-        """A resultant of two relations that says something new."""
+        """A split on the cheapest resultant of two relations that is not zero on the relations."""
         best: Decision | None = None
         for (i, f), (j, g) in itertools.combinations(self.live, 2):
             for joint in sorted(set(f.joints) & set(g.joints)):

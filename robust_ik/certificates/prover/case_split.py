@@ -1,4 +1,4 @@
-"""The case split: from no conditions at all to leaves, cases shared where they meet again."""
+"""The case split: from the case without conditions to leaves; equal cases share a node."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from robust_ik.certificates.prover.jacobian_columns import Columns
 from robust_ik.certificates.prover.number_fields import Field, coefficients, poly
 
 MAX_NODES = 5000
-"""Cases after which the prover gives up. Chosen: nine times the Panda's for corank 2 (565); a split may never end."""
+"""Most cases before the prover gives up. Chosen: nine times the Panda's for corank 2 (565); a split may never end."""
 
 
 def split(arm: ExactArm, corank: int, link: int, deadline: float, effort: Effort) -> tuple[Node, ...]:
@@ -28,8 +28,8 @@ def split(arm: ExactArm, corank: int, link: int, deadline: float, effort: Effort
         arm: The arm.
         corank: Rank deficiency.
         link: The link whose frame is used.
-        deadline: When to stop, of `time.monotonic`; what is not decided then stays open.
-        effort: What may be spent.
+        deadline: When to stop, in the time of `time.monotonic`; undecided cases then stay open.
+        effort: The effort that is allowed.
     """
     return _Splitter(Columns(arm, link), corank, deadline, effort).run()
 
@@ -59,7 +59,7 @@ class _Splitter:
         return tuple(self.nodes)
 
     def _node(self, state: State) -> int:
-        """The node of a state; those with few conditions are treated first, so that leaves come before their parts."""
+        """The node of a state; nodes with few conditions are treated first, so that a leaf precedes its parts."""
         if state not in self.ids:
             self.ids[state] = len(self.nodes)
             self.nodes.append(Node(state))
@@ -72,7 +72,7 @@ class _Splitter:
     def _treat(self, state: State) -> Node:
         case = self._case(state)
         try:
-            self.effort.spend(2 * self.columns.arm.n**2)  # its Jacobian, and what is not counted elsewhere
+            self.effort.spend(2 * self.columns.arm.n**2)  # for its Jacobian, and for work not counted elsewhere
             inside = self._inside(case, self.leaves)
             return inside or self._decided(case, case.decide())
         except TooLargeError as error:
@@ -93,10 +93,10 @@ class _Splitter:
         )
 
     def _drop_contained(self) -> None:
-        """Leaves that lie inside another one are none of their own."""
+        """Marks leaves that lie inside another leaf as subsumed."""
         if self.effort.steps < 0:
             return
-        self.effort = replace(self.effort, steps=math.inf)  # every one of these cases was treated within its bounds
+        self.effort = replace(self.effort, steps=math.inf)  # each of these cases was treated within its limits before
         for index in list(self.leaves):
             others = [other for other in self.leaves if other != index]
             inside = self._inside(self._case(self.nodes[index].state), others)
@@ -130,7 +130,7 @@ class _Splitter:
 
 
 def _embedding(state: State, leaf: State) -> Any | None:
-    """θ of a leaf's field in the state's field, such that the leaf's pins hold there; None if they do not."""
+    """θ of a leaf's field, in the state's field, for which the leaf's pins hold; None if there is none."""
     field, pins = Field(state.field), state.pinned
     if any(pin.joint not in pins for pin in leaf.pins):
         return None

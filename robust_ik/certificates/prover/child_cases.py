@@ -1,4 +1,4 @@
-"""From the factors of what vanishes to the cases they lead to."""
+"""The child cases of the factors of a vanishing polynomial."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ def factors(state: State, half: HalfAngles, found: Factored, node: Callable[[Sta
     Args:
         state: The parent's conditions.
         half: The forms over its field.
-        found: The factors of what vanishes.
-        node: Gives the node of a state, a new one if there is none.
+        found: The factors of the vanishing polynomial.
+        node: Returns the node of a state, a new one if there is none.
     """
     return tuple(_factor(state, half, factor, int(power), node) for factor, power in found.factors)
 
@@ -50,7 +50,7 @@ def _univariate(form: Form) -> Any:
 
 
 def _root(linear: Any) -> tuple[Coefficients, Coefficients]:
-    """The point (x : y) at which a + b t vanishes; t = ∞ where b is 0."""
+    """The point (x : y) at which a + b t vanishes; t = ∞ if b is 0."""
     if linear.degree() == 0:
         return ("0",), ("1",)
     return ("1",), (str(-linear[0] / linear[1]),)
@@ -74,12 +74,12 @@ def _branch(state: State, joint: int, component: Component, node: Callable[[Stat
 
 
 def moved(value: Coefficients, component: Component) -> Coefficients:
-    """An element of the old field in the new one."""
+    """An element of the old field, as an element of the new one."""
     return value if len(value) == 1 else image(value, component.old, component.field)
 
 
 def image(value: Coefficients, theta: Any, field: Field) -> Coefficients:
-    """An element of a field with `theta` put for θ."""
+    """The element with θ replaced by `theta`."""
     result = fmpq_poly([0])
     for coefficient in reversed(poly(value).coeffs()):
         result = field.reduce(result * theta) + coefficient

@@ -1,8 +1,8 @@
-"""ExactArm: a robot whose every length and direction is a rational number, and what that changed.
+"""ExactArm: a robot with rational lengths and directions, and a list of what was changed.
 
-Theorems about singularities are theorems about this arm. Lengths are the decimals of the description; angles
-within a tolerance of a quarter turn are taken to it, all others to a rational tan(α/2), so that every rotation is
-exactly orthogonal. Nothing is changed silently: `ExactArm.changes` lists it.
+Theorems about singularities are theorems about this arm. Lengths are the decimals of the description. Angles close to
+a multiple of a quarter turn are replaced by it, all others by a rational tan(α/2), so that every rotation is exactly
+orthogonal. Nothing is changed silently: `ExactArm.changes` lists it.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ if TYPE_CHECKING:
     from robust_ik.robot.robot import Robot
 
 LENGTH_DIGITS = 12
-"""Decimals of a length in metres that are kept: what lies below is rounding of floats."""
+"""Decimals of a length in metres that are kept: further ones are rounding of floats."""
 DENOMINATOR = 10**9
-"""Largest denominator of tan(α/2) for an angle that is no quarter turn. Chosen: errors are then some 1e-18."""
+"""Largest denominator of tan(α/2) for other angles than multiples of a quarter turn. Chosen: errors are about 1e-18."""
 NOISE = 1e-14
-"""Changes below this are rounding of the floats that were read, not worth a line in the report."""
+"""Smaller changes are rounding of the floats that were read, and are not reported."""
 QUARTERS = ((1, 0), (0, 1), (-1, 0), (0, -1))
-"""Cosine and sine of no, one, two and three quarter turns."""
+"""Cosine and sine of zero, one, two and three quarter turns."""
 
 
 class UnsupportedError(Exception):
@@ -49,7 +49,7 @@ class UnsupportedError(Exception):
 
 @dataclass(frozen=True)
 class Change:
-    """One number that the exact arm has otherwise than the description.
+    """One number of the exact arm that differs from the description.
 
     Attributes:
         where: Joint whose origin or axis it is.
@@ -65,7 +65,7 @@ class Change:
 
     @property
     def amount(self) -> float:
-        """By how much it was changed, m or rad."""
+        """The change, m or rad."""
         return self.used - self.given
 
     def __str__(self) -> str:
@@ -74,14 +74,14 @@ class Change:
 
 @dataclass(frozen=True)
 class ExactArm:
-    """A serial arm in rational numbers: the tip is at P₁ Z(q₁) P₂ Z(q₂) ⋯ Z(qₙ) Pₙ₊₁, Z a turn about z or a slide.
+    """A serial arm in rational numbers, its tip at P₁ Z(q₁) P₂ Z(q₂) ⋯ Z(qₙ) Pₙ₊₁; Z is a turn about z or a slide.
 
     Attributes:
         name: The robot's name.
         joints: Joint names from the base to the tip.
         placements: The n + 1 constant transforms (rotation, translation), fractions.
         rows: Task rows, of x y z wx wy wz.
-        changes: What was changed on the way here.
+        changes: Differences from the description.
         sliding: Indices of the prismatic joints.
     """
 
@@ -98,7 +98,7 @@ class ExactArm:
         return len(self.joints)
 
     def shifted(self, tangents: tuple[Fraction, ...]) -> ExactArm:
-        """The same arm with joint zeros moved: by 2 atan(tangents[i]) rad, a sliding joint's by tangents[i] m."""
+        """The same arm with joint zeros moved: by 2 atan(tangents[i]) rad, or tangents[i] m for a sliding joint."""
         placements = list(self.placements)
         for i, u in enumerate(tangents):
             rotation, offset = placements[i]
@@ -114,10 +114,10 @@ def exact_arm(robot: Robot, snap: float = 1e-4) -> ExactArm:
 
     Args:
         robot: A chain of revolute, continuous and prismatic joints.
-        snap: Angles this near to a quarter turn are taken to it, rad; 0 for none.
+        snap: Angles this close to a multiple of a quarter turn are replaced by it, rad; 0 for none.
 
     Raises:
-        UnsupportedError: There is no tip, or a joint of the chain follows another or has several motions.
+        UnsupportedError: There is no tip, or a joint of the chain follows another or has several degrees of freedom.
     """
     if robot.tip is None:
         raise UnsupportedError("the robot was loaded whole, without a tip")
@@ -156,7 +156,7 @@ def _placements(steps: list[tuple[str, _Reading]], moving: set[str]) -> Iterator
 
 @dataclass(frozen=True)
 class _Reading:
-    """Reads one joint element into exact numbers and notes what changed."""
+    """Reads one joint element into exact numbers, and notes changes."""
 
     element: Any
     snap: float
@@ -208,7 +208,7 @@ class _Reading:
 
 
 def half_angle(tangent: Fraction) -> tuple[Fraction, Fraction]:
-    """Cosine and sine of the angle with that tan(α/2)."""
+    """Cosine and sine of the angle with this tan(α/2)."""
     square = tangent * tangent
     return (1 - square) / (1 + square), 2 * tangent / (1 + square)
 

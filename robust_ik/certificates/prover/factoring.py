@@ -1,6 +1,7 @@
-"""The factors of forms: over ℚ, or over a number field as far as ℚ has them.
+"""Factors forms over ℚ, or over a number field as far as there are factors over ℚ.
 
-Over ℚ(θ) what is common to all powers of θ is factored over ℚ; the rest is a relation, or its norm is factored.
+Over ℚ(θ) the common divisor of the coefficients of all powers of θ is factored over ℚ; the rest is a relation, or its
+norm is factored.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from robust_ik.certificates.prover.half_angle_forms import HalfAngles, Homogeneo
 
 @dataclass(frozen=True)
 class Factored:
-    """constant · Π factor^power, over ℚ(θ) or (norm) of the norm over ℚ."""
+    """The factors of a form over ℚ(θ), or (norm) of its norm over ℚ: constant · Π factor^power."""
 
     constant: Any
     factors: tuple[tuple[Homogeneous, int], ...]
@@ -25,7 +26,7 @@ class Factored:
 
     @property
     def cost(self) -> tuple[int, int, int]:
-        """How much there is to branch on: factors in several joints, algebraic ones, all."""
+        """The cost of branching on it: numbers of factors in several joints, of algebraic ones, of all."""
         several = sum(len(factor.joints) > 1 for factor, _ in self.factors)
         algebraic = sum(len(factor.joints) == 1 and max(factor.degrees) > 1 for factor, _ in self.factors)
         return several, algebraic, len(self.factors)
@@ -87,7 +88,7 @@ def _norm(half: HalfAngles, value: Any) -> tuple[Any, list[tuple[Homogeneous, in
 
 
 def _content(half: HalfAngles, value: Any) -> Any:
-    """The greatest factor over ℚ: the common divisor of the coefficients of the powers of θ."""
+    """The greatest factor over ℚ: the common divisor of the coefficients of all powers of θ."""
     parts: dict[int, dict[tuple[int, ...], Any]] = {}
     for powers, coefficient in value.to_dict().items():
         parts.setdefault(powers[-1], {})[(*powers[:-1], 0)] = coefficient

@@ -1,9 +1,9 @@
-"""Trigonometric polynomials → forms in (x : y) = (cos q/2 : sin q/2), for a sliding joint (1 : d).
+"""Converts trigonometric polynomials to forms in (x : y) = (cos q/2 : sin q/2), or (1 : d) for a sliding joint.
 
 ℚ[c, s]/(c² + s² − 1) has no unique factors (s² = (1 − c)(1 + c)), polynomials in t = tan q/2 have. With the formal
-degree 2d, d the trigonometric degree in normal form, no factor 1 + t² appears and none is lost at q = π: what the
-degree in t lacks of the formal degree is the multiplicity of x. A length d has no infinity: t is d itself, and its
-formal degree is the actual one.
+degree 2d, d being the trigonometric degree in normal form, no factor 1 + t² appears and none is lost at q = π: the
+formal degree minus the degree in t is the multiplicity of x. A length d has no infinity: t is d itself, and its formal
+degree is the actual one.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class HalfAngles:
     Attributes:
         n: Number of joints.
         field: ℚ(θ).
-        effort: What may be spent.
+        effort: The effort that is left.
         sliding: The prismatic joints.
     """
 
@@ -66,11 +66,11 @@ class HalfAngles:
         return sum((z**i * value for i, value in enumerate(self.field.polynomial.coeffs())), start=z * 0)
 
     def reduce(self, value: Any) -> Any:
-        """Takes θ below the degree of its modulus."""
+        """The polynomial with the degree in θ reduced below that of its modulus."""
         return divmod(value, self.modulus)[1] if value.degrees()[-1] >= self.field.degree else value
 
     def homogeneous(self, value: Any, degrees: Sequence[int]) -> Homogeneous:
-        """A polynomial with its formal degrees; those of lengths are the actual ones, whatever is given."""
+        """A polynomial with its formal degrees; those of lengths are set to the actual degrees."""
         actual = value.degrees() if value else (0,) * (self.n + 1)
         return Homogeneous(value, tuple(int(actual[i] if i in self.sliding else d) for i, d in enumerate(degrees)))
 
@@ -81,7 +81,7 @@ class HalfAngles:
 
     @cached_property
     def _images(self) -> list[Any]:
-        """What these are in t, times 1 + t²."""
+        """The images of these variables in t, times 1 + t²."""
         *t, z = self.context.gens()
         one, slides = self.context.constant(1), [i in self.sliding for i in range(self.n)]
         images = [x if slide else 2 * x for x, slide in zip(t, slides)]
@@ -90,7 +90,7 @@ class HalfAngles:
 
     # ------------------------------------------------------------------------------------------ to and from forms
     def of(self, value: Any) -> Homogeneous:
-        """A trigonometric polynomial in normal form as a form: value · Π (x² + y²)^d."""
+        """A trigonometric polynomial in normal form, as a form: value · Π (x² + y²)^d."""
         n, terms = self.n, value.to_dict()
         self.effort.spend(2 + len(terms))
         degrees = [max(powers[i] + powers[n + i] for powers in terms) for i in range(n)]
@@ -102,7 +102,7 @@ class HalfAngles:
         return self.homogeneous(self.reduce(result), [2 * degree for degree in degrees])
 
     def form(self, value: Homogeneous) -> Form:
-        """As plain values, scaled to integers without common factor if it is rational."""
+        """The form as plain values, scaled to integers without common factor if it is rational."""
         joints, grouped = value.joints, dict[tuple[int, ...], dict[int, Any]]()
         for powers, coefficient in value.value.to_dict().items():
             grouped.setdefault(tuple(int(powers[i]) for i in joints), {})[int(powers[-1])] = coefficient
@@ -127,7 +127,7 @@ class HalfAngles:
         return self.homogeneous(self.context.from_dict(terms), degrees)
 
     def restrict(self, value: Homogeneous, state: State) -> Homogeneous:
-        """A form with the pins of a state put in."""
+        """A form with the pins of a state inserted."""
         result, degrees = value.value, list(value.degrees)
         for pin in state.pins:
             if degrees[pin.joint] == 0:

@@ -1,8 +1,8 @@
-"""The Jacobian in a link's frame, as polynomials in the cosines and sines of the joints, and the lengths of slides.
+"""The Jacobian in a link's frame, as polynomials in cosines and sines of joints and in lengths of slides.
 
-Column i is (p × w, w) for the axis w through p, both in the frame of link k, and (w, 0) for a slide along w. There the
-columns k and k + 1 are constant and every other one depends only on the joints between; the rank is that in any other
-frame.
+Column i is (p × w, w) for the axis w through p, both in the frame of link k, and (w, 0) for a slide along w. In this
+frame columns k and k + 1 are constant, and every other column depends only on the joints in between; the rank is the
+same as in any other frame.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from robust_ik.kinematics.twist_rows import ROWS
 
 
 def middle_links(arm: ExactArm) -> list[int]:
-    """Links to try, the middle first; the base alone where the rank depends on the frame."""
+    """Links to try, the middle one first; only the base if the rank depends on the frame."""
     if not is_frame_free(arm.rows):
         return [0]
     return sorted(range(1, arm.n), key=lambda k: (abs(2 * k - arm.n), k)) or [0]
@@ -33,12 +33,12 @@ Placed = tuple[Matrix, Vector]
 
 @dataclass(frozen=True, eq=False)
 class Columns:
-    """The columns of the Jacobian in the frame of a link, remembered: each depends on the pins between alone.
+    """Columns of the Jacobian in the frame of a link, cached: each depends only on the pins in between.
 
     Attributes:
         arm: The arm.
-        link: Which link, from 1 to n; 0 for the base.
-        known: What was worked out, by what it depends on.
+        link: The link, from 1 to n; 0 for the base.
+        known: Results worked out so far, by what they depend on.
     """
 
     arm: ExactArm
@@ -49,8 +49,8 @@ class Columns:
         """The task rows, entries reduced.
 
         Args:
-            trig: Where the entries live.
-            state: Which joints stand still, and where.
+            trig: The ring of the entries.
+            state: The conditions, whose pins fix joints.
         """
         now = _Now(self, trig, state, {pin.joint: (poly(pin.x), poly(pin.y)) for pin in state.pins})
         return [list(row) for row in zip(*(now.column(joint) for joint in range(self.arm.n)))]
@@ -61,8 +61,8 @@ class _Now:
     """The frames of an arm in one state.
 
     Attributes:
-        columns: What is known already.
-        trig: Where the entries live.
+        columns: The cached columns.
+        trig: The ring of the entries.
         state: The conditions.
         pins: Its pins.
     """
@@ -73,9 +73,9 @@ class _Now:
     pins: Pins
 
     def _remembered(self, what: str, index: int, first: int, last: int, made: Callable[[int], Any]) -> Any:
-        """What depends on the pins of joints from the first to before the last alone."""
+        """A value that depends only on the pins of joints first to last − 1, computed once."""
         between = tuple(pin for pin in self.state.pins if first <= pin.joint < last)
-        # An element of the field is its polynomial in θ: without a pin there is none.
+        # An element of the field is a polynomial in its θ: without a pin there is no θ.
         key = (what, index, between, self.state.field if between else None)
         if key not in self.columns.known:
             self.columns.known[key] = made(index)
@@ -141,7 +141,7 @@ class _Now:
 
 
 def _motion(arm: ExactArm, joint: int, trig: Trig, pins: Pins) -> tuple[Matrix, Vector]:
-    """What a joint does to its frame: a turn about z and a translation along z, one of them none."""
+    """The motion of a joint's frame: a rotation about z and a translation along z, one of them trivial."""
     zero, one = trig.context.constant(0), trig.context.constant(1)
     if joint in arm.sliding:
         return turn(2, one, zero), (zero, zero, trig.length(joint, pins))

@@ -1,4 +1,4 @@
-"""Constant pivots and the minors that remain."""
+"""Eliminates constant pivots of a matrix, and lists the minors that remain."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from robust_ik.certificates.prover.trig_polynomials import Trig
 
 @dataclass(frozen=True)
 class Minor:
-    """A minor of the Jacobian after rows were combined by constants.
+    """A minor of the Jacobian after combining rows with constant weights.
 
     Attributes:
         value: Its value, a reduced trigonometric polynomial.
-        rows: For each of its rows the weights of the Jacobian's rows, elements of the field as coefficients.
+        rows: For each of its rows the weights of the Jacobian's rows, elements of the field given by coefficients.
         columns: Its columns.
     """
 
@@ -32,7 +32,7 @@ class ReducedMatrix:
     """A matrix with its constant columns eliminated: rank = number of pivots + rank of the rest.
 
     Attributes:
-        trig: Where the entries live.
+        trig: The ring of the entries.
         pivots: (column, weights of the row, value) of every pivot.
         rest: The remaining rows, columns as in the matrix; zero in the pivot columns.
         weights: For each remaining row the weights of the matrix's rows.
@@ -44,7 +44,7 @@ class ReducedMatrix:
     weights: list[list[Element]]
 
     def minors(self, size: int, effort: Effort) -> Iterator[Minor]:
-        """All minors of that size that contain the pivots, non-zero ones only.
+        """All non-zero minors of this size that contain the pivots.
 
         Raises:
             TooLargeError: One has too many terms, or no steps are left.
@@ -63,14 +63,14 @@ class ReducedMatrix:
                     yield Minor(value, self._weights(rows), (*fixed, *columns))
 
     def determinant(self, size: int) -> Element:
-        """Product of the first pivots, an element of the field."""
+        """The product of the first pivots, an element of the field."""
         result = self.trig.field.polynomial**0
         for _, _, value in self.pivots[:size]:
             result = self.trig.field.reduce(result * value)
         return result
 
     def constant(self, size: int) -> Minor:
-        """A minor of pivots alone."""
+        """The minor that consists of pivots only."""
         kept = self.pivots[:size]
         rows = tuple(tuple(coefficients(value) for value in weights) for _, weights, _ in kept)
         return Minor(None, rows, tuple(column for column, *_ in kept))
@@ -96,7 +96,7 @@ class ReducedMatrix:
 
 
 def reduced(trig: Trig, matrix: list[list[Any]]) -> ReducedMatrix:
-    """Eliminates constant columns as long as there are any; every row operation is constant."""
+    """The matrix with its constant columns eliminated as long as there are any; all row operations are constant."""
     rows = [list(row) for row in matrix]
     one, zero = trig.field.polynomial**0, trig.field.polynomial * 0
     weights = [[one if i == j else zero for j in range(len(rows))] for i in range(len(rows))]
@@ -117,7 +117,7 @@ def reduced(trig: Trig, matrix: list[list[Any]]) -> ReducedMatrix:
 
 
 def _pivot(rows: list[list[Any]], used: set[int]) -> tuple[int, int] | None:
-    """A non-zero entry of a constant column."""
+    """The position of a non-zero entry in a constant column; None if there is none."""
     if not rows:
         return None
     for column in range(len(rows[0])):

@@ -1,4 +1,4 @@
-"""Number fields ℚ(θ) for joints that stand at an algebraic angle: arithmetic, and adjoining a further root.
+"""Number fields ℚ(θ) for joints at algebraic angles: arithmetic, and adjoining a further root.
 
 An element is a polynomial in θ of degree below that of the modulus. ℚ itself is the field with modulus θ.
 """
@@ -58,7 +58,7 @@ class Field:
 
 @dataclass(frozen=True)
 class Component:
-    """One way to be in two fields at once.
+    """One component of ℚ(θ)[t] / minimal(t): a field that contains θ and a root t.
 
     Attributes:
         field: ℚ(ζ), ζ = θ + λ t.
@@ -89,13 +89,13 @@ def adjoin(field: Field, minimal: Any, effort: Effort) -> tuple[int, list[Compon
     Args:
         field: ℚ(θ).
         minimal: An irreducible fmpq_poly over ℚ.
-        effort: What may be spent.
+        effort: The effort that is left.
 
     Returns:
-        λ of the primitive element ζ = θ + λ t, and the components; their degrees add up to the product of both.
+        λ of the primitive element ζ = θ + λ t, and the components; their degrees add up to the product of both degrees.
 
     Raises:
-        TooLargeError: That product is too large, or its numbers are.
+        TooLargeError: That product, or the numbers, are too large.
     """
     degree = field.degree * minimal.degree()
     if degree > effort.degree:
@@ -160,7 +160,7 @@ def _product(field: Field, f: list[Any], g: list[Any]) -> list[Any]:
 
 
 def _common_root(field: Field, f: list[Any], g: list[Any]) -> Element:
-    """The one common root of two polynomials over the field, by Euclid's algorithm."""
+    """The only common root of two polynomials over the field, by Euclid's algorithm."""
     f, g = _trimmed(f), _trimmed(g)
     while g:
         scale = field.inverse(g[-1])

@@ -1,4 +1,4 @@
-"""Small exact matrices: tuples of rows, over fractions or polynomials alike."""
+"""Small exact matrices: tuples of rows, of fractions or of polynomials."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ ORIGIN: Vector = (ZERO, ZERO, ZERO)
 
 
 def dot(u: Sequence[Any], v: Sequence[Any]) -> Any:
-    """Σ uᵢ vᵢ; most entries of links are zero, and nothing is done with these."""
+    """Σ uᵢ vᵢ; zero entries, which are most in links, are skipped."""
     result = u[0] * v[0]
     for a, b in zip(u[1:], v[1:], strict=True):
         if a and b:
@@ -55,7 +55,7 @@ def minus(u: Sequence[Any], v: Sequence[Any]) -> Vector:
 
 
 def turn(axis: int, cosine: Any, sine: Any) -> Matrix:
-    """The rotation about x, y or z (0, 1 or 2) with that cosine and sine."""
+    """The rotation about x, y or z (0, 1 or 2) with this cosine and sine."""
     i, j = (axis + 1) % 3, (axis + 2) % 3
     zero = cosine * 0
     rows = [[zero + (row == column) for column in range(3)] for row in range(3)]

@@ -1,4 +1,4 @@
-"""Polynomials in the cosines and sines of the joints, and the lengths of slides, in a normal form."""
+"""Polynomials in cosines and sines of joints and in lengths of slides, in a normal form."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from flint import Ordering, fmpq, fmpq_mpoly_ctx
 from robust_ik.certificates.prover.number_fields import Field
 
 Pins = Mapping[int, tuple[Any, Any]]
-"""Joint index → (x, y), elements of a field: (cos q/2 : sin q/2), or (1, d), of a joint that stands still."""
+"""Joint index → (x, y) of a fixed joint, elements of a field: (cos q/2 : sin q/2), or (1, d) for a sliding joint."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Trig:
 
     @cached_property
     def context(self) -> Any:
-        """The polynomials that stand for the elements."""
+        """The polynomial ring that represents the elements."""
         names = [f"s{i}" for i in range(self.n)] + [f"c{i}" for i in range(self.n)] + ["z"]
         return fmpq_mpoly_ctx.get(names, Ordering.lex)
 
@@ -69,11 +69,11 @@ class Trig:
         return value
 
     def length(self, joint: int, pins: Pins) -> Any:
-        """How far a joint slides: a variable, or a constant where it is pinned."""
+        """The position of a sliding joint: a variable, or a constant if it is pinned."""
         return self.element(pins[joint][1]) if joint in pins else self.context.gens()[joint]
 
     def angle(self, joint: int, pins: Pins) -> tuple[Any, Any]:
-        """Cosine and sine of a joint: variables, or constants where it is pinned."""
+        """Cosine and sine of a joint: variables, or constants if it is pinned."""
         if joint not in pins:
             gens = self.context.gens()
             return gens[self.n + joint], gens[joint]

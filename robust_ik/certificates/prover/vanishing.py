@@ -1,4 +1,4 @@
-"""Whether a polynomial vanishes where relations between joints hold."""
+"""Tests whether a polynomial vanishes on the relations between joints."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from flint import fmpq_poly
 from robust_ik.certificates.prover.half_angle_forms import HalfAngles
 
 ORDERS = 6
-"""Orders of solving the relations that are tried: three, `case_decision.MAX_RELATIONS`, have six."""
+"""Most orders of solving the relations that are tried: three relations, `case_decision.MAX_RELATIONS`, have six."""
 
 
 def divides(half: HalfAngles, divisor: Any, value: Any) -> bool:
@@ -23,7 +23,7 @@ def divides(half: HalfAngles, divisor: Any, value: Any) -> bool:
 
 
 def _inverse(half: HalfAngles, value: Any) -> Any:
-    """1/(the leading coefficient), an element of the field as a polynomial in θ."""
+    """1/(leading coefficient), an element of the field as a polynomial in θ."""
     head = max(tuple(powers[:-1]) for powers in value.to_dict())
     terms = {int(powers[-1]): a for powers, a in value.to_dict().items() if tuple(powers[:-1]) == head}
     element = half.field.inverse(fmpq_poly([terms.get(i, 0) for i in range(max(terms) + 1)]))
@@ -34,7 +34,8 @@ def _inverse(half: HalfAngles, value: Any) -> Any:
 def vanishes(half: HalfAngles, value: Any, relations: list[Any]) -> bool:
     """Whether a polynomial is zero at generic points of the relations.
 
-    It is a multiple of one of them, or pseudo-division by them, each solved for a joint of its own, leaves nothing.
+    It is if it is a multiple of one of them, or if pseudo-division by them, each solved for a joint of its own, leaves
+    0.
     """
     if not value or any(divides(half, relation, value) for relation in relations):
         return True
@@ -48,7 +49,7 @@ def vanishes(half: HalfAngles, value: Any, relations: list[Any]) -> bool:
 
 
 def triangular(relations: list[Any]) -> Iterator[list[tuple[Any, int]]]:
-    """Ways to solve each relation for a joint that the relations after it in the list do not involve."""
+    """The orders in which each relation can be solved for a joint that the later relations do not involve."""
     if len(relations) > 4:
         return
     for order in itertools.permutations(relations):
@@ -65,7 +66,7 @@ def triangular(relations: list[Any]) -> Iterator[list[tuple[Any, int]]]:
 def _pseudo_remainder(half: HalfAngles, value: Any, divisor: Any, joint: int) -> Any:
     """The remainder in one joint after multiplying by powers of the divisor's leading coefficient.
 
-    What is too large is given back as it is: not zero.
+    A polynomial that is too large is returned as it is: not zero.
     """
     t = half.context.gens()[joint]
     degree = divisor.degrees()[joint]

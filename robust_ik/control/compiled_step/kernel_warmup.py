@@ -1,4 +1,4 @@
-"""Compiling ahead: so that nothing is compiled, or read from disk, in a control loop."""
+"""Compiles kernels ahead of time, so that nothing is compiled, or read from disk, in a control loop."""
 
 from __future__ import annotations
 
@@ -12,23 +12,22 @@ from robust_ik.robot.robot import Robot
 from robust_ik.runtime.progress import Told
 
 SMALLEST = 8
-"""Kernels for so many joints, rows and columns are the smallest there are."""
+"""The smallest kernels are for this many joints, rows and columns."""
 
 
 @checked
 def warmup(robot: Robot | None = None, *, progress: Told | None = None) -> float:
-    """Compiles whatever is compiled, or reads it from disk, where a machine keeps it from the first time on.
+    """Compiles all kernels, or reads them from disk if they have been compiled on this machine before.
 
     The first time on a machine takes about two minutes of one core, later ones a second, most of it to import Numba;
-    docs/speed.md has the seconds of each kernel, where compiled code is kept, and what to do where nothing can be
-    written.
+    docs/speed.md has the seconds of each kernel, where compiled code is kept, and what to do if nothing can be written.
 
     Args:
-        robot: Leave out what is for robots of another size; by default everything, for any robot.
-        progress: Called with (done, in all): kernels and formulas of gains.
+        robot: Leave out kernels for robots of other sizes; by default compile everything, for any robot.
+        progress: Called with (done, in all), which count kernels and gain formulas.
 
     Returns:
-        The seconds that it took.
+        The time taken, s.
     """
     began = time.perf_counter()
     from robust_ik.kernels.compiler.compiling import every_kernel
@@ -47,5 +46,5 @@ def warmup(robot: Robot | None = None, *, progress: Told | None = None) -> float
 
 
 def _serves(most: int | None, n: int) -> bool:
-    """Whether a kernel is for a robot of n joints, or for the matrices of six rows and less that every robot has."""
+    """Whether a kernel is for a robot of n joints, or for matrices of at most six rows, which every robot has."""
     return most is None or most <= SMALLEST or (n > SMALLEST and n <= most)

@@ -1,4 +1,4 @@
-"""What a step does as numbers for compiled code, and what does it in Python where an inverse is not compiled."""
+"""The program of a step for compiled code, and functions that replace it if an inverse is not compiled."""
 
 from __future__ import annotations
 
@@ -21,10 +21,11 @@ from robust_ik.kinematics.svd import null_projector
 from robust_ik.kinematics.twist_rows import ROWS
 
 MOST_JOINTS = 16
-"""Robots with more are stepped in Python. As many as the compiled SVD takes, `jacobi_rotations.MOST_ROWS`."""
+"""Most joints of a compiled step; robots with more are stepped in Python. As many as the compiled SVD takes,
+`jacobi_rotations.MOST_ROWS`."""
 
 EXTREME = 1e30
-"""Weights beyond it, or below its inverse, are left to Python, which takes care of overflow."""
+"""Weights beyond this, or below its inverse, are left to Python, which avoids overflow."""
 
 Step = Callable[..., int]
 """(address, q, twist, out) or (address, q, twist, secondary, out) → status."""
@@ -32,20 +33,21 @@ Step = Callable[..., int]
 
 @dataclass(frozen=True, eq=False)
 class Program:
-    """The functions that make a step, each with an address first; they give a status, 0 where all went well.
+    """The functions that make a step; their first argument is an address, and they return a status, 0 for success.
 
-    Those that are compiled, or nearly, give UNLIKE for what are no contiguous doubles of the right number.
+    Compiled functions, and those with Python gains only, return UNLIKE for arguments that are not contiguous doubles of
+    the right number.
 
     Attributes:
-        n: Joints.
+        n: Number of joints.
         nq: Length of q.
-        m: Task rows.
+        m: Number of task rows.
         compiled: Whether a step is one compiled call.
-        careful: Whether `step` and `step_beside` see by themselves what does not fit.
-        written: What compiled code reads.
+        careful: Whether `step` and `step_beside` check their arguments themselves.
+        written: The program for compiled code.
         step: (setup, q, twist, out).
         step_beside: (setup, q, twist, secondary, out).
-        steps: (address, q, twists, secondary or none of them, out), a row each.
+        steps: (address, q, twists, secondary or no rows of it, out), one step a row.
     """
 
     n: int
@@ -62,7 +64,7 @@ class Program:
     def of(cls, chain: Chain, inverse: RobustInverse, reference: str, rows: Sequence[str]) -> Program:
         """The program of a chain and an inverse."""
         size = chain.n, chain.nq, len(rows)
-        number_of(reference)  # refuses what is no reference
+        number_of(reference)  # raises for an unknown reference
         inner, task, joints = _unwrapped(inverse, len(rows), chain.n)
         if chain.n > MOST_JOINTS or not _rewrites_only_sigma(inner):
             return cls(*size, False, False, np.empty(0), *_in_python(chain, inverse, reference, rows))
@@ -75,17 +77,17 @@ class Program:
 
     @property
     def address(self) -> int:
-        """Of what compiled code reads; it stays where it is as long as this exists."""
+        """Address of the program; it stays valid as long as this object exists."""
         return int(self.written.ctypes.data)
 
     @cached_property
     def addresses(self) -> NDArray[np.int64]:
-        """Of the class of arrays and of what compiled code reads: `step` is given where these are."""
+        """Addresses of NumPy's array class and of the program: `step` gets the address of this array."""
         return np.array([id(np.ndarray), self.address])
 
 
 def _unwrapped(inverse: RobustInverse, m: int, n: int) -> tuple[RobustInverse, Array | None, Array | None]:
-    """What Weighted wraps, and its factors; None where there are none."""
+    """The inverse inside Weighted, and the factors of task and joints; None for factors that are not there."""
     if not isinstance(inverse, Weighted):
         return inverse, None, None
     task, joints = inverse.factors(m, n)
@@ -97,7 +99,7 @@ def _unwrapped(inverse: RobustInverse, m: int, n: int) -> tuple[RobustInverse, A
 
 
 def _rewrites_only_sigma(inverse: RobustInverse) -> TypeGuard[SingularValueFilter]:
-    """Whether `gains` says all of an inverse."""
+    """Whether an inverse is fully described by its `gains`."""
     if not isinstance(inverse, SingularValueFilter) or inverse.needs_hessian:
         return False
     kind = type(inverse)
@@ -106,7 +108,7 @@ def _rewrites_only_sigma(inverse: RobustInverse) -> TypeGuard[SingularValueFilte
 
 
 def _address(inverse: SingularValueFilter) -> int | None:
-    """Of the compiled formula, or None where there is none or it cannot be compiled."""
+    """The address of the compiled formula; None if there is none or it cannot be compiled."""
     if not isinstance(inverse, GainFormula) or type(inverse).gains is not GainFormula.gains:
         return None
     from robust_ik.kernels.compiler.gain_callbacks import address_of
@@ -123,7 +125,7 @@ def _written(
     joints: Array | None,
     address: int,
 ) -> Array:
-    """What the kernel reads; see `kernels.program`."""
+    """The program for the kernel; see `kernels.step.step_layout`."""
     head = np.zeros(slots.HEAD)
     head[slots.ROWS] = len(rows)
     head[slots.ROW : slots.ROW + len(rows)] = [ROWS.index(row) for row in rows]
@@ -158,13 +160,13 @@ def _compiled(n: int) -> tuple[Step, Step, Step]:
 
 
 def is_plain(array: Any, n: int) -> bool:
-    """Whether it is an array of n doubles, one after the other."""
+    """Whether it is an array of n contiguous doubles."""
     good = type(array) is np.ndarray and array.dtype == np.float64 and array.shape == (n,)
     return good and bool(array.flags.c_contiguous and array.flags.aligned)
 
 
 def _half_compiled(inverse: SingularValueFilter, size: tuple[int, int, int], joints: Array | None) -> tuple[Step, Step]:
-    """All but the gains compiled."""
+    """Functions of which all but the gains is compiled."""
     from robust_ik.kernels.step import step_entries as entries
 
     n, _, m = size
@@ -192,7 +194,7 @@ def _half_compiled(inverse: SingularValueFilter, size: tuple[int, int, int], joi
 
 
 def _in_python(chain: Chain, inverse: RobustInverse, reference: str, rows: Sequence[str]) -> tuple[Step, Step, Step]:
-    """What takes any inverse: J is compiled, the inverse is asked."""
+    """Functions for any inverse: J is compiled, the inverse is called in Python."""
     chosen = [ROWS.index(row) for row in rows]
 
     def steps(_: int, q: Array, twist: Array, secondary: Array | None, out: Array) -> int:

@@ -20,20 +20,20 @@ from robust_ik.kinematics.twist_rows import checked_rows
 from robust_ik.robot.robot import Reference, Robot
 
 SIDE_BY_SIDE = 8
-"""Steps that are done at once: threads get whole multiples of it. As many as lanes, `simd_lanes.COUNT`."""
+"""Steps that are made side by side: threads get whole multiples of it. As many as lanes, `simd_lanes.COUNT`."""
 
 
 class Stepper:
-    """Joint velocities for a twist, as fast as Python can call: kinematics, decomposition and filter compiled together.
+    """Joint velocities for a twist in one fast call: kinematics, decomposition and filter are compiled together.
 
-    With DampedLeastSquares it takes half a microsecond, with another filter about two, to which a `gains` that is not
-    a GainFormula, written in Python, adds a few more. Any other inverse works too, at the speed of its `solve`. What
-    is compiled is compiled here, never in a step.
+    With DampedLeastSquares it takes half a microsecond, with another filter about two; a filter that is no GainFormula
+    takes a few more, since its `gains` is Python. Any other inverse works too, at the speed of its `solve`. Compilation
+    happens in the constructor, never in a step.
 
     Attributes:
-        robot: Whose tip or frame moves.
-        inverse: What inverts the Jacobian; Weighted is one of them.
-        length_scale: What lengths are told in, m: 1, or for robots much larger or smaller their own size.
+        robot: The robot.
+        inverse: The robust inverse, possibly a `Weighted`.
+        length_scale: The unit of lengths, m: 1, or for much larger or smaller robots about their own size.
         compiled: Whether a step is one compiled call.
     """
 
@@ -59,7 +59,7 @@ class Stepper:
                 `VelocityController`.
 
         Raises:
-            InputError: The inverse is none, or there is no such reference or row.
+            InputError: The inverse is no RobustInverse, or there is no such reference or row.
             FrameNotFoundError: There is no such frame.
         """
         check_type("robot", robot, "Robot")
@@ -91,13 +91,13 @@ class Stepper:
         Args:
             q: Configuration, (nq,).
             twist: In the task rows, (m,): m/s and rad/s.
-            out: Where to write q̇, (n,), contiguous doubles; with it, and with q and twist like it, nothing is
+            out: Array for q̇, (n,), contiguous doubles; if q and twist are contiguous doubles too, nothing is
                 allocated.
-            secondary: Joint velocities wanted beside the task, (n,): what of them moves the task nowhere is added,
-                (I − V Vᵀ) of them, V of all singular directions; of Weighted in its scaled coordinates.
+            secondary: Further joint velocities q̇₀ wanted, (n,): their part that does not move the task, (I − V Vᵀ)
+                q̇₀, is added; V has all singular directions, for Weighted in its scaled coordinates.
 
         Returns:
-            q̇, (n,), rad/s or m/s: `out` where that is given.
+            q̇, (n,), rad/s or m/s: `out` if given.
 
         Raises:
             InputError: Something has the wrong shape or type, or is NaN or infinite.
@@ -123,14 +123,14 @@ class Stepper:
         *,
         threads: int = 1,
     ) -> Array:
-        """Many independent steps: the same bits as one by one where they are compiled, else the same to rounding.
+        """Many independent steps: if compiled, the same bits as one by one, else the same to rounding.
 
         Args:
             q: Configurations, (N, nq).
-            twists: (N, m).
-            out: Where to write, (N, n), contiguous doubles.
+            twists: In the task rows, (N, m).
+            out: Array for the result, (N, n), contiguous doubles.
             secondary: As for `step`, (N, n).
-            threads: How many threads share them; compiled code lets others run.
+            threads: Number of threads; compiled code releases Python's lock.
 
         Returns:
             q̇, (N, n).
@@ -139,7 +139,7 @@ class Stepper:
             InputError: As for `step`.
         """
         size = self._program
-        unseen = not size.compiled  # compiled code sees by itself what is not finite
+        unseen = not size.compiled  # compiled code checks itself whether numbers are finite
         q, twists = (
             as_array(each, name, (length,), finite=unseen)
             for each, name, length in ((q, "q", size.nq), (twists, "twists", size.m))
@@ -149,7 +149,7 @@ class Stepper:
         if isinstance(threads, bool) or not isinstance(threads, (int, np.integer)) or threads < 1:
             raise InputError(f"threads must be a whole number of at least 1, got {threads!r}")
         if unseen:
-            self.robot.joint_values(q)  # refuses what is no configuration
+            self.robot.joint_values(q)  # raises if q is no configuration
         beside = np.empty((0, size.n)) if secondary is None else as_array(secondary, "secondary", (size.n,))
         if secondary is not None and beside.shape != (len(q), size.n):
             raise InputError(f"secondary must have shape ({len(q)}, {size.n}), got {beside.shape}")
@@ -162,7 +162,7 @@ class Stepper:
         def some(part: slice) -> int:
             return size.steps(self._address, q[part], twists[part], beside[part], out[part])
 
-        with ThreadPoolExecutor(max(len(parts) - 1, 1)) as pool:  # which starts no thread that it does not need
+        with ThreadPoolExecutor(max(len(parts) - 1, 1)) as pool:  # starts no more threads than needed
             others = pool.map(some, parts[1:])
             found = [some(part) for part in parts[:1]] + list(others)
         if any(found):
@@ -172,7 +172,7 @@ class Stepper:
         return out
 
     def _converted(self, q: ArrayLike, twist: ArrayLike, out: Array, secondary: ArrayLike | None) -> Array:
-        """A step from what are no contiguous doubles, or not alike."""
+        """A step from arguments that are not contiguous doubles."""
         size = self._program
         self.robot.joint_values(q)
         given = [as_array(q, "q", (size.nq,)), as_array(twist, "twist", (size.m,))]
@@ -190,8 +190,8 @@ class Stepper:
         return out
 
     def _refuse(self, status: int, q: ArrayLike, twist: ArrayLike, secondary: ArrayLike | None) -> NoReturn:
-        """Says why a step was not made."""
-        if status != TOO_LARGE:  # else these may have been written over
+        """Raises the error for a step that was not made."""
+        if status != TOO_LARGE:  # otherwise these may have been overwritten
             self.robot.joint_values(q)
             as_array(twist, "twist", (self._program.m,))
         elif secondary is not None:
@@ -203,7 +203,7 @@ NO_NUMBERS = "the joint velocities are too large to be numbers; out has no meani
 
 
 def _unlike(*_: Any) -> int:
-    """Takes nothing as it is."""
+    """Returns UNLIKE for all arguments, so that they are converted first."""
     return UNLIKE
 
 

@@ -1,1 +1,1 @@
-"""How one level's wish is fitted into the bounds: null spaces, the programs, what motion costs, limiters."""
+"""Fitting one level's motion into the bounds: null spaces, quadratic programs, the cost of motion, limiters."""

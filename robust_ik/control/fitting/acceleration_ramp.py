@@ -1,7 +1,7 @@
-"""From the last velocities towards those that are wanted, as fast as acceleration limits allow.
+"""Changes the last velocities towards the wanted ones, as fast as acceleration limits allow.
 
-Levels are resolved as if acceleration were free; then each level goes from the last velocities to what it was given,
-the first level first. So a level that must wait goes on as it went, rather than to brake and to start again.
+Levels are resolved as if acceleration were unlimited. Then each level goes from the last velocities to its result, the
+first level first. So a level that must wait continues its motion instead of braking and starting again.
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ from robust_ik.control.fitting.null_space import Freedom, Reduced
 def ramped(
     aims: Sequence[Array], bounds: Bounds, limiter: Limiter, reduced: Sequence[Reduced]
 ) -> tuple[Array, list[float], tuple[str, ...]]:
-    """Joint velocities on the way to the aim.
+    """Joint velocities on the way from the last ones to the aim.
 
     Args:
-        aims: What is wanted of each level and those above it, inside the bounds but for acceleration, (n,) each. No
-            level sees what lower ones want, not even as rounding.
-        bounds: All of them.
-        limiter: How a level's motion is fitted in.
-        reduced: The levels' Jacobians in what is left to each.
+        aims: For each level the joint velocities resolved for it and the levels above, within the bounds except for
+            acceleration, (n,) each. A lower level does not change them, not even by rounding.
+        bounds: All bounds.
+        limiter: The limiter.
+        reduced: The levels' Jacobians in the freedom left to each.
 
     Returns:
-        q̇ inside the bounds, (n,); the share of its aim, or of the way to it if that is longer, that each level gets;
-        limits that had to yield.
+        q̇ inside the bounds, (n,); the share of its aim that each level gets, or of the change to it if that is longer;
+        limits that yielded.
     """
     qdot, bounds = feasible_start(bounds, bounds.last)
     freedom, shares = Freedom.whole(len(qdot)), []
@@ -44,22 +44,22 @@ def ramped(
         qdot = np.clip(qdot + change, bounds.lower, bounds.upper)
         shares.append(1.0 if share == 1 else _share(level.matrix, aim, start, qdot))
         freedom = Freedom(level.below)
-    # What no level asks for, each joint by itself would disturb the levels: all together.
+    # Motion that no level asks for: joint by joint it would disturb the levels, so all joints change together.
     change, _ = slowed(Wish(qdot, freedom.project(aims[-1] - qdot), reduced[-1], freedom, bounds))
     return np.clip(qdot + change, bounds.lower, bounds.upper), shares, bounds.contradictions
 
 
 def _share(J: Array, aim: Array, start: Array, qdot: Array) -> float:
-    """How near q̇ is to the aim; all of it where what is missing is small beside the aim, however short the way."""
+    """The share of its aim that a level gets; 1 if the difference is small against the aim or the change to it."""
     size = max(float(np.linalg.norm(J @ aim)), float(np.linalg.norm(J @ (aim - start))))
     missing = float(np.linalg.norm(J @ (aim - qdot)))
     return max(0.0, 1 - missing / size) if size > 0 else 1.0
 
 
 def _nearer(qdot: Array, change: Array, way: Array, level: Reduced, bounds: Bounds) -> Array:
-    """The change, or every joint as far on the way as it can where that brings the level nearer to its aim.
+    """The change, or the change of every joint by itself if that brings the level nearer to its aim.
 
-    The first level need not spare others: so one joint that cannot brake harder does not keep the rest from braking.
+    The first level need not spare others. So one joint that cannot brake harder does not keep the rest from braking.
     """
     each = np.clip(qdot + way, bounds.lower, bounds.upper) - qdot
     each = bounds.largest_step(qdot, each) * each

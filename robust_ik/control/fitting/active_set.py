@@ -1,4 +1,4 @@
-"""A small quadratic program to the last digit, from a point inside: the primal active-set method.
+"""Solves a small quadratic program to the last digit, from a point inside: the primal active-set method.
 
 Every iterate is inside the constraints and no worse than the one before: it cannot fail, only stop early.
 """
@@ -14,7 +14,7 @@ from robust_ik.checks import Array
 from robust_ik.kinematics.svd import complement, length
 
 SAME = 1e-10
-"""Unit rows whose slope along a unit step is less than this do not stop it."""
+"""Unit rows with a smaller slope than this along a unit step do not stop it."""
 
 ROUNDING = 1e-11
 """Multipliers below this fraction of the gradient count as zero."""
@@ -30,8 +30,8 @@ def minimise(
         slope: g, (d,).
         rows: (r, d).
         room: (r,).
-        start: A point inside, (d,).
-        working: Rows that `start` lies on, independent of each other: a guess of those that act at the minimum.
+        start: A point inside the constraints, (d,).
+        working: Independent rows on whose bounds `start` lies: a guess of the rows that act at the minimum.
 
     Source: Nocedal, Wright 2006, algorithm 16.3, with null spaces by QR.
     """
@@ -41,7 +41,7 @@ def minimise(
 def minimum(
     hessian: Array, slope: Array, rows: Array, room: Array, start: Array, working: Sequence[int] = ()
 ) -> tuple[Array, list[int]]:
-    """As `minimise`, and the rows that act there, which may start the next program of its kind."""
+    """As `minimise`, with the rows that act at the minimum: a guess for the next similar program."""
     lengths = np.linalg.norm(rows, axis=1)
     kept = lengths > 0
     index, rows_kept = np.cumsum(kept) - 1, np.flatnonzero(kept)
@@ -63,7 +63,7 @@ def minimum(
 
 
 def _free_step(hessian: Array, gradient: Array, held: Array) -> Array:
-    """From here to the minimum along what the held rows leave."""
+    """The step to the minimum within the null space of the held rows."""
     if not len(held):
         return np.asarray(np.linalg.solve(hessian, -gradient))
     free = complement(np.linalg.qr(held.T)[0].T)
@@ -71,7 +71,7 @@ def _free_step(hessian: Array, gradient: Array, held: Array) -> Array:
 
 
 def _first_stop(rows: Array, room: Array, step: Array, held: Sequence[int]) -> tuple[float, int | None]:
-    """How much of a step there is room for, in [0, 1], and the row that stops it."""
+    """The feasible part of a step, in [0, 1], and the row that stops it."""
     slopes = rows @ step
     slopes[held] = 0.0
     meets = slopes > np.maximum(room, SAME * length(step))
@@ -84,7 +84,7 @@ def _first_stop(rows: Array, room: Array, step: Array, held: Sequence[int]) -> t
 
 
 def _multipliers(held: Array, gradient: Array) -> Array:
-    """How hard the gradient pushes against each held row; negative where it pulls away from it."""
+    """The multipliers of the held rows; negative for a row from which the gradient points away."""
     if not len(held):
         return np.zeros(0)
     Q, R = np.linalg.qr(held.T)

@@ -1,4 +1,4 @@
-"""One quadratic program over joint velocities within bounds, exact at the bounds that act."""
+"""Solves a quadratic program over joint velocities within bounds, exactly at the bounds that act."""
 
 from __future__ import annotations
 
@@ -15,32 +15,32 @@ from robust_ik.errors import InputError
 from robust_ik.kinematics.svd import least_norm_solution
 
 REGULARISATION = 1e-9
-"""Weight of motions that no task sees, against those that one does."""
+"""Weight of motions that no task sees, relative to motions that one sees."""
 
 INSIDE = 1e-12
-"""How far a solution may lie outside the bounds: rounding."""
+"""A solution may lie outside the bounds by this much, for rounding."""
 
 ON_BOUND = 1e-6
-"""Constraints this near to their bound in the solver's answer are taken to act."""
+"""Constraints this close to their bound in the solver's answer are taken as acting."""
 
 ALL_BUT = 1e-6
-"""A share nearer to 1 than this is all."""
+"""A share closer to 1 than this counts as 1."""
 
 SETTINGS: dict[str, dict[str, Any]] = {
     "daqp": {"primal_tol": 1e-10, "dual_tol": 1e-10},
     "proxqp": {"eps_abs": 1e-10},
     "quadprog": {},
 }
-"""What to tell solvers, tighter than their defaults; others get their defaults."""
+"""Settings of solvers, tighter than their defaults; other solvers get their defaults."""
 
 
 def check_backend(backend: str) -> None:
-    """Refuses a solver that is not there.
+    """Raises if a solver is not installed.
 
     Raises:
-        InputError: The message lists those that are.
+        InputError: It is not; the message lists the installed ones.
     """
-    import qpsolvers  # brings scipy, a quarter of a second: only where a program is solved
+    import qpsolvers  # imports scipy, a quarter of a second: only if a program is solved
 
     if not isinstance(backend, str) or backend not in qpsolvers.available_solvers:
         raise InputError(f"backend must be one of {', '.join(sorted(qpsolvers.available_solvers))}, got {backend!r}")
@@ -51,16 +51,17 @@ def solve_within(
 ) -> Array:
     """The y that minimises ½ yᵀ H y + gᵀ y with q̇ + D y inside the bounds.
 
-    The solver says which bounds act; from there, or from y = 0 where it fails, as solvers do on joints that are locked
-    or wishes that are huge, an active-set method goes on to the minimum. So the answer does not depend on the solver.
+    The solver finds which bounds act. From its solution an active-set method goes on to the exact minimum; if the
+    solver fails, as it may for locked joints or huge wishes, it starts from y = 0. So the answer does not depend on the
+    solver.
 
     Args:
         hessian: H, (d, d), positive definite.
         slope: g, (d,).
         directions: D, (n, d).
-        bounds: What must be respected.
+        bounds: The bounds.
         qdot: q̇, inside the bounds, (n,).
-        backend: A solver that qpsolvers knows; None to begin at y = 0.
+        backend: A solver that qpsolvers knows; None to start from y = 0.
 
     Returns:
         y, (d,), exact at the bounds that act.
@@ -77,8 +78,8 @@ def solve_within(
 
 
 def share_of(wanted: Array, given: Array) -> float:
-    """How much of a wish is given, along it, in [0, 1]; all of it if all but the price of regularisation is."""
-    largest = float(np.abs(wanted).max(initial=0.0)) or 1.0  # its squares could overflow
+    """The share of a wish that is given, along it, in [0, 1]; 1 if only the cost of regularisation is missing."""
+    largest = float(np.abs(wanted).max(initial=0.0)) or 1.0  # squares could overflow without it
     wanted, given = wanted / largest, given / largest
     size = float(wanted @ wanted)
     share = float(np.clip(wanted @ given / size, 0.0, 1.0)) if size > 0 else 1.0
@@ -86,7 +87,7 @@ def share_of(wanted: Array, given: Array) -> float:
 
 
 def _constraints(directions: Array, bounds: Bounds, qdot: Array) -> tuple[Array, Array]:
-    """Rows and room with rows y ≤ room; the room is never negative, so that y = 0 is inside."""
+    """Rows and room with rows y ≤ room; room is never negative, so that y = 0 is inside."""
     rows = np.concatenate([directions, -directions, -(bounds.rows @ directions)])
     room = np.concatenate([bounds.upper - qdot, qdot - bounds.lower, bounds.rows @ qdot - bounds.floor])
     kept = np.isfinite(room)
@@ -94,11 +95,11 @@ def _constraints(directions: Array, bounds: Bounds, qdot: Array) -> tuple[Array,
 
 
 def _guess(hessian: Array, slope: Array, rows: Array, room: Array, backend: str) -> Array | None:
-    """What the solver answers, if anything."""
+    """The solver's answer, or None."""
     import qpsolvers  # as above
 
     with warnings.catch_warnings(), np.errstate(all="ignore"):
-        warnings.simplefilter("ignore")  # solvers tell by a warning that they have failed
+        warnings.simplefilter("ignore")  # solvers report a failure by a warning
         try:
             y = qpsolvers.solve_qp(hessian, slope, rows, room, solver=backend, **SETTINGS.get(backend, {}))
         except Exception:
@@ -107,14 +108,14 @@ def _guess(hessian: Array, slope: Array, rows: Array, room: Array, backend: str)
 
 
 def _on(rows: Array, room: Array, y: Array) -> Array | None:
-    """The nearest place to y that is on the rows' bounds."""
+    """The point closest to y on the bounds of the rows; None if the rows depend on each other."""
     lengths = np.linalg.norm(rows, axis=1)
     change = least_norm_solution(rows / lengths[:, None], (room - rows @ y) / lengths)
     return None if change is None else y + change
 
 
 def _independent(rows: Array, candidates: NDArray[np.intp]) -> list[int]:
-    """Candidates whose rows are independent of the ones before."""
+    """Candidates whose rows are independent of the earlier ones."""
     chosen: list[int] = []
     for index in candidates:
         trial = rows[[*chosen, index]]

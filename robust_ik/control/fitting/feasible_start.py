@@ -1,4 +1,4 @@
-"""Where a resolver starts: at rest, or at the last velocities, or as near to them as bounds allow."""
+"""The joint velocities from which a resolver starts: rest, or the last ones, or the closest within the bounds."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from robust_ik.control.bounds import CONTRADICTION, Bounds
 from robust_ik.control.fitting.active_set import minimum
 
 PRICE = 0.1
-"""Price of motion against what is missing at unit rows: ½ PRICE ‖q̇ − near‖² against ½ Σ missing²."""
+"""Cost of motion relative to missing floors of unit rows: ½ PRICE ‖q̇ − near‖² against ½ Σ missing²."""
 ROUNDS = 10
-"""How often what is still missing is asked for again, on top of what was."""
+"""Number of rounds, in each of which the part still missing is asked for again."""
 INSIDE = 1e-12
-"""How far below its floor a row may be: rounding."""
+"""A row may be below its floor by this much, for rounding."""
 
 
 def feasible_start(bounds: Bounds, near: Array | None = None) -> tuple[Array, Bounds]:
-    """Joint velocities inside the bounds, and bounds that have them inside.
+    """Joint velocities inside the bounds, and bounds for which they are inside.
 
-    The box always holds, and no row goes below its floor, or further below it, than where the box is nearest. Rows
-    below are brought towards their floor by a motion that has its price, so that none is made that brings next to
-    nothing: of what a single row misses there remains the share (1 + a²/PRICE)^−ROUNDS, where a is the length of what
-    free joints have of the unit row. That is 4e-11 where all are free, 4e-6 for a = 0.5, and nearly all below 0.05.
-    Of several rows there remains no more than PRICE ‖μ‖/√ROUNDS, μ being the multipliers of the shortest change of q̇
-    that brings all of them to their floors, if there is one. A single row's floor changes no joint velocity by more
-    than 6.2 times what it changes of the unit row. Rows that miss their floor get the one that they do reach, and are
-    added to the contradictions.
+    The box always holds. Compared with the point of the box closest to `near`, no row falls below its floor, or
+    further below it. Rows below their floor are raised by a motion that has a cost, so that no motion is made that
+    raises them by next to nothing. If a single row is below its floor, the fraction (1 + a²/PRICE)^−ROUNDS of what it
+    misses remains, where a is the length of the unit row's part in the free joints: 4e-11 if all joints are free, 4e-6
+    for a = 0.5, and nearly all below 0.05. Of several rows no more than PRICE ‖μ‖/√ROUNDS remains, where μ are the
+    multipliers of the shortest change of q̇ that raises all of them to their floors, if there is one. The floor of a
+    single row changes no joint velocity by more than 6.2 times the change of the unit row. Rows that miss their floor
+    get the value that they reach as their floor, and are added to the contradictions.
 
     Returns:
         q̇, (n,), and the bounds.
@@ -47,7 +47,7 @@ def feasible_start(bounds: Bounds, near: Array | None = None) -> tuple[Array, Bo
 
 
 def _raised(bounds: Bounds, below: NDArray[np.bool_], qdot: Array, near: Array) -> Array:
-    """Velocities near some with the rows `below` near their floor: a proximal method of multipliers of few rounds."""
+    """Velocities close to `near` with the rows `below` close to their floors: some rounds of proximal multipliers."""
     n, count = len(qdot), int(below.sum())
     lengths = np.linalg.norm(bounds.rows, axis=1)
     lengths = np.where(lengths > 0, lengths, 1.0)

@@ -1,4 +1,4 @@
-"""A level's motion by its robust inverse, at algorithmic singularities too."""
+"""The motion of a level by its robust inverse, also at algorithmic singularities."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ def filtered_motion(
 ) -> Array:
     """(J N)# wanted, (n,).
 
-    Thresholds that are relative to σ₁ refer to σ₁ of J, not of J N: where a level as a whole is about to lose its
-    freedom, all singular values of J N are small and none of them is small beside the others.
+    Thresholds relative to σ₁ refer to σ₁ of J, not of J N: if a level is about to lose its whole freedom, all singular
+    values of J N are small, and none is small relative to the others.
 
     Args:
         inverse: The robust inverse #.
         reduced: J N.
         equation: The level's equation, for its error and Hessian.
-        wanted: Task velocity, (m,). Where it makes up for what levels above do, it may be larger than any that can be
-            asked for; then the direction is kept.
-        freedom: N's subspace.
+        wanted: Task velocity, (m,). If it compensates motions of levels above, it may be larger than any input may be;
+            then its direction is kept.
+        freedom: The subspace of N.
     """
     if reduced.rank == 0:
         return np.zeros(equation.J.shape[1])
@@ -37,7 +37,7 @@ def filtered_motion(
         wanted = wanted * (LARGEST_PARAMETER / largest)
     kind = type(inverse)
     if kind.velocity is SingularValueFilter.velocity and kind.solve is SingularValueFilter.solve:
-        return (wanted @ reduced.U * level_gains(inverse, reduced)) @ reduced.Vt  # decomposed already
+        return (wanted @ reduced.U * level_gains(inverse, reduced)) @ reduced.Vt  # already decomposed
     whole = freedom.basis.shape[1] == equation.J.shape[1]
     left, hessian = equation.J if whole else reduced.matrix, equation.hessian
     if not whole and inverse.needs_hessian and hessian is not None:
@@ -49,14 +49,14 @@ def filtered_motion(
 
 
 def _velocity(inverse: RobustInverse, equation: TaskEquation) -> Array:
-    """What the inverse gives; of first order where it could use a Hessian and the task has none."""
+    """The velocity of the inverse; of first order if it could use a Hessian and the task has none."""
     if inverse.needs_hessian and equation.hessian is None:
         return inverse.solve(equation.J, equation.xdot)
     return inverse.velocity(equation)
 
 
 def _relative_to(J: Array, inverse: RobustInverse) -> RobustInverse:
-    """The inverse with thresholds that are relative to σ₁ of J, whatever it is given; in scaled coordinates of J's."""
+    """The inverse with its thresholds relative to σ₁ of J, for any matrix; in scaled coordinates, of the scaled J."""
     if isinstance(inverse, Weighted):
         task, joint = inverse.factors(*J.shape[-2:])
         return replace(inverse, inverse=_relative_to(task @ J @ joint, inverse.inverse))
@@ -65,7 +65,7 @@ def _relative_to(J: Array, inverse: RobustInverse) -> RobustInverse:
 
 @dataclass(frozen=True)
 class _Beside(RobustInverse):
-    """An inverse that sees a joint and a row of its own, with singular value `sigma`, of which nothing is wanted."""
+    """An inverse that adds a joint and a row with singular value `sigma`, of which no motion is wanted."""
 
     source: ClassVar[str] = "none: a help"
     inverse: RobustInverse
@@ -91,7 +91,7 @@ class _Beside(RobustInverse):
 
 
 def level_gains(inverse: RobustInverse, reduced: Reduced) -> Array:
-    """φ(σ) of a filter for J N, (k,), zero where σ is; thresholds refer to σ₁ of J, as for `filtered_motion`."""
+    """φ(σ) of a filter for J N, (k,), 0 for σ = 0; thresholds refer to σ₁ of J, as in `filtered_motion`."""
     if reduced.rank == 0 or not isinstance(inverse, SingularValueFilter):
         return np.zeros(len(reduced.s))
     beside = inverse.relative and reduced.s[0] < reduced.sigma_max * (1 - 1e-12)

@@ -1,6 +1,6 @@
-"""One level's wish, and the two programs that fit it into the bounds: the nearest motion, and the largest share of it.
+"""One level's wish, and two programs that fit it into the bounds: for the nearest motion, and for its largest share.
 
-Both choose by what motions cost, see `motion_cost`.
+Both use the cost of motions, see `motion_cost`.
 """
 
 from __future__ import annotations
@@ -17,26 +17,26 @@ from robust_ik.control.fitting.null_space import Freedom, Reduced
 from robust_ik.kinematics.svd import complement, length
 
 SHARE_PRICE = 1e-6
-"""What makes the program strictly convex in the share: next to nothing."""
+"""A negligible weight that makes the program strictly convex in the share."""
 
 HUGE = 1e50
-"""Wishes beyond this are taken as this one: their products could overflow."""
+"""Wishes beyond this are cut to it: their products could overflow."""
 
 TURN = 1e-3
-"""How far a motion that keeps its direction may turn at most, as a fraction of the wish in the norm of H."""
+"""Largest turn of a motion that keeps its direction, as a fraction of the wish in the norm of H."""
 
 
 @dataclass(frozen=True, eq=False)
 class Wish:
-    """One level's wish and where it stands.
+    """The motion that one level wants, and the room for it.
 
     Attributes:
-        qdot: What higher levels have settled, inside the bounds, (n,).
-        motion: What the level's inverse wants on top, (n,), within `freedom`.
+        qdot: Joint velocities settled by higher levels, inside the bounds, (n,).
+        motion: The motion that the level's inverse wants in addition, (n,), within `freedom`.
         reduced: The level's Jacobian in `freedom`.
-        freedom: What higher levels leave.
-        bounds: What must be respected.
-        stride: Δt ‖ẋ‖: how far the level wants to go in this step, in the units of its rows; 0 where that is not known.
+        freedom: The motions that higher levels leave free.
+        bounds: The bounds.
+        stride: Δt ‖ẋ‖: how far the level wants to go in this step, in the units of its rows; 0 if unknown.
     """
 
     qdot: Array
@@ -48,18 +48,18 @@ class Wish:
 
     @property
     def cost(self) -> MotionCost:
-        """What motions of the level cost."""
+        """The cost of motions of the level."""
         return motion_cost(self.reduced, self.stride)
 
 
 def slowed(wish: Wish) -> tuple[Array, float]:
-    """The motion as much slower as the tightest bound asks, and its share of the wish."""
+    """The motion slowed as much as the tightest bound requires, and its share of the wish."""
     share = wish.bounds.largest_step(wish.qdot, wish.motion)
     return share * wish.motion, share
 
 
 def within_speeds(wish: Wish) -> Array:
-    """The motion as much slower as the speed limits alone ask: joints at other bounds do not stop the rest."""
+    """The motion slowed as much as the speed limits alone require: joints at other bounds do not stop the rest."""
     fastest = wish.bounds.fastest
     if fastest is None:
         return wish.motion
@@ -70,7 +70,7 @@ def within_speeds(wish: Wish) -> Array:
 
 
 def nearest(wish: Wish, motion: Array, backend: str | None = None) -> tuple[Array, float]:
-    """The motion inside the bounds nearest to a given one, and its share of the wish in the wish's direction."""
+    """The motion inside the bounds nearest to a given one, and its share of the wish along the wish."""
     cost = wish.cost
     roots = np.sqrt(cost.weights)
     directions = cost.directions / roots
@@ -81,14 +81,15 @@ def nearest(wish: Wish, motion: Array, backend: str | None = None) -> tuple[Arra
 
 
 def directed(wish: Wish, backend: str | None = None) -> tuple[Array, float]:
-    """The share of the motion that is worth its help: t q̇ + w + z, where z moves the level nowhere.
+    """The motion t q̇ + w + z: the largest share t of the wish q̇ that is worth its help z; z does not move the level.
 
-    Maximises t q̇ᵀ H q̇ − ½ zᵀ H z − ½ wᵀ H w/TURN² with t ≤ 1, w orthogonal to q̇ in H: all there is where help is cheap,
-    and no share that its help is not worth. A turn w of at most TURN of the wish, in the norm of H, makes it continuous
-    where a joint at its end begins to be asked to go on, which otherwise would stop all others at once.
+    It maximises t q̇ᵀ H q̇ − ½ zᵀ H z − ½ wᵀ H w/TURN² with t ≤ 1 and w orthogonal to q̇ in H: the whole wish if help
+    is cheap, and no share that is not worth its help. The turn w, of at most TURN of the wish in the norm of H, makes
+    the result continuous at the moment when a joint at its end begins to be asked to go on; without it that joint would
+    stop all others at once.
     """
     cost = wish.cost
-    rank, largest = cost.rank, float(np.abs(wish.motion).max(initial=0.0)) or 1.0  # its squares could overflow
+    rank, largest = cost.rank, float(np.abs(wish.motion).max(initial=0.0)) or 1.0  # squares could overflow without it
     if largest > HUGE:
         change, share = directed(replace(wish, motion=wish.motion * (HUGE / largest)), backend)
         return change, share * (HUGE / largest)
@@ -99,8 +100,8 @@ def directed(wish: Wish, backend: str | None = None) -> tuple[Array, float]:
     if size == 0.0:
         return slowed(wish)
     unit = wanted / size
-    along = cost.directions[:, :rank] @ (roots[:rank] * unit)  # along · q̇ is what of it the wish's direction has, in H
-    capped = replace(  # not further along than wished
+    along = cost.directions[:, :rank] @ (roots[:rank] * unit)  # along · q̇: the part of q̇ along the wish, in H
+    capped = replace(  # not further along the wish than wanted
         wish.bounds,
         rows=np.concatenate([wish.bounds.rows, -along[None]]),
         floor=np.append(wish.bounds.floor, -(along @ wish.qdot) - largest * size),

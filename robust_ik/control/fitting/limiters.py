@@ -1,7 +1,7 @@
-"""How one level's motion is fitted into the bounds, without touching higher levels.
+"""Limiters: they fit one level's motion into the bounds, without changing higher levels.
 
 A limiter gets the motion that the level's inverse wants. It may change only what the level leaves free, or give the
-level less; it never uses what higher levels need.
+level less; it never uses motions that higher levels need.
 """
 
 from __future__ import annotations
@@ -30,20 +30,20 @@ class Limiter(abc.ABC):
 
     @property
     def stops(self) -> bool:
-        """Whether one joint at its end may stop a level as a whole; its share then rises slowly in a run."""
+        """Whether one joint at its end may stop the whole level; its share then rises slowly again."""
         return False
 
     @abc.abstractmethod
     def limit(self, wish: Wish) -> tuple[Array, float]:
-        """The motion that the level gets, (n,), and the share of its wish that this is, in [0, 1]."""
+        """The motion that the level gets, (n,), and its share of the wish, in [0, 1]."""
 
 
 @dataclass(frozen=True)
 class Sliding(Limiter):
-    """Where joints are too fast, the whole motion slower; where others stop it, their help, then aside.
+    """The whole motion slower if joints are too fast; if other bounds stop joints, help by other joints, then sliding.
 
-    Speed limits keep the direction and the joints' ratios, as for `Scaling`. At position limits and obstacles other
-    joints take over, as for `Saturation`; of what is left of the wish then the nearest motion is made, as for
+    Speed limits keep the direction and the ratios of joints, as for `Scaling`. At position limits and obstacles other
+    joints take over, as for `Saturation`. For the rest of the wish the nearest motion is made, as for
     `QuadraticProgram`: the arm slides along its limits, where limiters that keep the direction stop.
     """
 
@@ -67,14 +67,14 @@ class Sliding(Limiter):
 class QuadraticProgram(Limiter):
     """The motion inside the bounds that is nearest to the filtered one, in the metric of `motion_cost`.
 
-    Minimises ½ (q̇' − q̇)ᵀ H (q̇' − q̇) over the level's freedom, where q̇ is what the level's robust inverse wants, slower
-    as a whole where a joint would be too fast: so any inverse works inside limits, and where limits do not act, its
-    motion is what comes out. H weighs what the level gets, and prices all motion: that keeps the loop calm, and may
-    cost the level a part of its wish where other joints could take over in full, as they do for `Sliding`. Levels one
-    after another make it strict (lexicographic).
+    Minimises ½ (q̇' − q̇)ᵀ H (q̇' − q̇) over the level's freedom, where q̇ is the motion of the level's robust inverse,
+    slowed as a whole if a joint would be too fast. So any inverse works within limits, and its motion does not change
+    if no limit acts. H weighs what the level gets, and gives all motion a cost. The cost avoids shaking, but may take a
+    part of the wish although other joints could take over in full, as they do for `Sliding`. Levels one after another
+    make it strict (lexicographic).
 
     Attributes:
-        keep_direction: Ask instead for the largest share of the motion without turning it, as `Saturation` does.
+        keep_direction: Look instead for the largest share of the motion without turning it, as `Saturation` does.
         backend: A solver that qpsolvers knows; "daqp" comes with this package.
 
     Source: Escande, Mansard, Wieber 2014 (hierarchical quadratic programming), on the filtered task.
@@ -89,7 +89,7 @@ class QuadraticProgram(Limiter):
 
     @property
     def stops(self) -> bool:
-        """Where it keeps the direction."""
+        """Whether it keeps the direction."""
         return self.keep_direction
 
     def limit(self, wish: Wish) -> tuple[Array, float]:
@@ -106,10 +106,10 @@ class QuadraticProgram(Limiter):
 class Saturation(Limiter):
     """Saturation in the null space: joints at their bounds stay there, and the level's other joints take over.
 
-    The direction is kept, but for at most TURN of the wish. Where joints run out, or where their help would cost more
-    motion than the progress is worth, the level is slowed. It is the optimum of saturating joint after joint, with a
-    price on help: a primal active-set method without a solver's overhead, a few passes with a small QR factorisation
-    each.
+    The direction is kept, up to a turn of at most TURN of the wish. If no joints are left to help, or if their help
+    would cost more motion than the progress is worth, the level is slowed. It is the optimum of saturating joint after
+    joint, with a cost on help: a primal active-set method without a solver's overhead, a few passes with a small QR
+    factorisation each.
 
     Source: Flacco, De Luca, Khatib 2015 (SNS), with rows of any kind as bounds and the level's filtered motion as task.
     """
@@ -127,7 +127,7 @@ class Saturation(Limiter):
 
 @dataclass(frozen=True)
 class Scaling(Limiter):
-    """The whole motion slower, as much as the tightest bound asks. Keeps the direction; uses no redundancy."""
+    """The whole motion, slowed as much as the tightest bound requires. Keeps the direction; uses no redundancy."""
 
     @property
     def stops(self) -> bool:
@@ -140,10 +140,10 @@ class Scaling(Limiter):
 
 
 class Eased(Limiter):
-    """Another limiter's motion, slower for a moment after limits have slowed it.
+    """Another limiter's motion, with a share that rises slowly after limits have lowered it.
 
-    A limiter that keeps the direction lets a joint at its end stop all others as soon as it is asked to go on, by ever
-    so little. Noise of what is measured then asks it every few steps, and the arm would start and stop for ever.
+    A limiter that keeps the direction lets a joint at its end stop all others as soon as it is asked to go on by any
+    small amount. Measurement noise then does so every few steps, and the arm would start and stop for ever.
 
     Attributes:
         limiter: The other one.

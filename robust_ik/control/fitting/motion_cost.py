@@ -1,21 +1,21 @@
-"""What a joint motion costs beside what it does for the level: how limiters choose among the motions inside the bounds.
+"""The cost of a joint motion, by which limiters choose among the motions inside the bounds.
 
-Let q̇* = V diag(φ) Uᵀ ẋ be what a level's filter wants. A limiter takes the motion inside the bounds that is nearest to
-it in the metric H = V diag(h) Vᵀ, h = max(σ², floor): nearest in what it does to the task, with a price on all motion
-that is not wanted. Rest is inside the bounds, so that, with P = U diag(hφ/σ) Uᵀ, which is 1 where the filter is exact
-and σ² is over the floor,
+Let q̇* = V diag(φ) Uᵀ ẋ be the motion that a level's filter wants. A limiter takes the motion inside the bounds that is
+nearest to it in the metric H = V diag(h) Vᵀ, h = max(σ², floor): nearest in its effect on the task, with a cost on all
+unwanted motion. Rest is inside the bounds, so that, with P = U diag(hφ/σ) Uᵀ, which is 1 where the filter is exact and
+σ² is over the floor,
 
     ẋᵀ P J q̇ ≥ q̇ᵀ H q̇:
 
-no joint moves but for progress. Where ẋ is minus the gradient of a potential of the error, as it is of every task that
-feeds its error back, progress makes that potential fall: where P = 1, by at least Δt (q̇ᵀ H q̇ − ½ Δt q̇ᵀ B q̇) in a step,
-B being the curvature of the potential. With H > ½ Δt B it falls until the arm rests, whichever bounds act in whichever
-step. Of B, the part Jᵀ J is below H; the rest, ẋ · ∂J along q̇ twice, is below 2 ‖ẋ‖ σ₁ ‖q̇‖² for arms of usual
-proportions, as a test shows on a dozen. So the floor is σ₁² PRICE + Δt ‖ẋ‖ σ₁. In general P is not 1, and this is no
-proof; whole motions are run and watched instead, see `make soak`.
+no joint moves without progress. For every task that feeds its error back, ẋ is minus the gradient of a potential of the
+error, and progress makes that potential fall: if P = 1, by at least Δt (q̇ᵀ H q̇ − ½ Δt q̇ᵀ B q̇) in a step, where B is
+the curvature of the potential. With H > ½ Δt B it falls until the arm rests, whichever bounds act in whichever step. Of
+B, the part Jᵀ J is below H; the rest, ẋ · ∂J along q̇ twice, is below 2 ‖ẋ‖ σ₁ ‖q̇‖² for arms of usual proportions, as
+a test shows on a dozen. So the floor is σ₁² PRICE + Δt ‖ẋ‖ σ₁. In general P is not 1, and this is no proof; whole
+motions are run and checked instead, see `make soak`.
 
-Without a floor a motion that makes next to no progress would cost next to nothing: near the singularities of the arm
-without the joints that are held, full joint speed would be spent on a ten-thousandth of the wish, forth and back.
+Without a floor a motion with almost no progress would cost almost nothing: near singularities of the arm without the
+joints at their bounds, joints would move back and forth at full speed for a ten-thousandth of the wish.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from robust_ik.checks import Array
 from robust_ik.control.fitting.null_space import Reduced
 
 PRICE = 1e-3
-"""The least that a motion costs, over σ₁²: as damping of √PRICE σ₁ of the arm without the joints that are held."""
+"""Least cost of a motion, relative to σ₁²: like a damping of √PRICE σ₁ of the arm without the held joints."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +47,7 @@ class MotionCost:
 
     @property
     def floor(self) -> float:
-        """What a motion that does not move the level costs."""
+        """The cost of a motion that does not move the level."""
         return float(self.weights[self.rank]) if self.rank < len(self.weights) else PRICE
 
 
@@ -55,7 +55,7 @@ def motion_cost(reduced: Reduced, stride: float = 0.0) -> MotionCost:
     """The cost of a level's motions.
 
     Args:
-        reduced: What the level's Jacobian can do in what is left to it.
+        reduced: The level's Jacobian in the freedom left to it.
         stride: Δt ‖ẋ‖: how far the level wants to go in this step, in the units of its rows.
     """
     rank, largest = reduced.rank, reduced.sigma_max if len(reduced.own) else 0.0

@@ -1,4 +1,4 @@
-"""The joint motions that higher levels leave free, and what a level can do with them."""
+"""Null spaces: the joint motions that higher levels leave free, and a level's Jacobian in them."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from robust_ik.kinematics.svd import RANK_TOLERANCE, full_svd, singular_values
 
 @dataclass(frozen=True, eq=False)
 class Reduced:
-    """J Z Zᵀ = U diag(s) Vt: a level's Jacobian in what is left; Z is the basis of what is left.
+    """J Z Zᵀ = U diag(s) Vt: a level's Jacobian in the freedom left to it, whose basis is Z.
 
     Attributes:
         U: Task directions, (m, k) with k = min(m, d).
-        s: Singular values, (k,), descending; those of rows that higher levels already fix are zero. Of the first level
-            they are as found: by what is left of σ at a singularity, a filter leaves it.
+        s: Singular values, (k,), descending; those of rows that higher levels already fix are zero. For the first level
+            they are unchanged: with the small σ left at a singularity, a filter moves the arm out of it.
         Vt: Joint directions as rows, (k, n), orthonormal.
         own: All singular values of J itself, descending.
-        below: The basis of what the level leaves to lower ones, (n, d').
-        idle: The basis of what moves the level nowhere, (n, d − rank), within `below`.
+        below: The basis of the motions that the level leaves to lower ones, (n, d').
+        idle: The basis of the motions that do not move the level, (n, d − rank), within `below`.
         rank: Number of singular values over RANK_TOLERANCE · σ₁ of J itself.
     """
 
@@ -45,27 +45,27 @@ class Reduced:
 
     @property
     def taken(self) -> Array:
-        """The joint directions that lower levels may not use, as rows: `motions` but for what is released or lost."""
+        """The joint directions that lower levels may not use, as rows: `motions` except released or lost ones."""
         return self.Vt[: self.rank - (self.below.shape[1] - self.idle.shape[1])]
 
     def along(self, qdot: Array) -> Array:
-        """The part of a joint motion that lower levels have no share in, (n,)."""
+        """The part of a joint motion that lower levels may not change, (n,)."""
         return self.taken.T @ (self.taken @ qdot)
 
     @property
     def measure(self) -> float:
-        """√det of J N (J N)ᵀ: the product of m singular values, 0 where fewer than m are left."""
+        """√det of J N (J N)ᵀ: the product of m singular values, 0 if fewer than m are left."""
         return float(np.prod(self.s)) if self.rank == len(self.U) else 0.0
 
     @property
     def sigma_max(self) -> float:
-        """The largest singular value of J itself, before anything is taken away."""
+        """The largest singular value of J itself, before any reduction."""
         return float(self.own[0])
 
 
 @dataclass(frozen=True, eq=False)
 class Freedom:
-    """A subspace of joint motions.
+    """A subspace of joint motions that are free.
 
     Attributes:
         basis: Z, orthonormal columns, (n, d).
@@ -79,10 +79,11 @@ class Freedom:
         return cls(np.eye(n))
 
     def reduce(self, J: Array, release: float = 0.0) -> Reduced:
-        """What of J is left, and what of the freedom is left then.
+        """J in this freedom, and the freedom that is left below the level.
 
-        What is left then are the motions that move the level nowhere, exactly and undamped. Directions of small σ are
-        taken from lower levels too, unless σ ≤ release·σ₁(J), so that what is left does not depend on how small σ is.
+        The freedom below has the motions that do not move the level, exactly and undamped. Directions of small σ are
+        not left to lower levels either, unless σ ≤ release·σ₁(J), so that the freedom below does not depend on how
+        small σ is.
 
         Source: Kim, Marani, Chung, Yuh, eq. (13)-(15), with the projector in factored form.
         """
@@ -99,5 +100,5 @@ class Freedom:
         return Reduced(found.U, s, directions[: len(s)], own, directions[closed:].T, directions[rank:].T, rank)
 
     def project(self, qdot: Array) -> Array:
-        """The part of a joint motion that lies in it."""
+        """The part of a joint motion that lies in this subspace."""
         return self.basis @ (self.basis.T @ qdot) if self.basis.shape[1] < len(qdot) else qdot

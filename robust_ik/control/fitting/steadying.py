@@ -1,16 +1,16 @@
-"""How far a level may go along each direction in one step so that it does not overshoot, whatever its inverse.
+"""Limits how far a level may go along each direction in one step, so that it does not overshoot, for any inverse.
 
-Along a direction with singular value σ an inverse with gain φ asks for φ u·ẋ. In a step the Jacobian turns: what the
-level sees along that direction changes by up to Δt ‖ẋ‖ σ₁ φ/σ of itself: |ẋ·∂J| along a unit motion twice is below
-‖ẋ‖ σ₁ on the eight arms in space of a test, and below twice that on a planar one, which may overshoot when folded.
-Where the change is more than twice the whole, the arm goes back and forth about the place where it should rest, above
-all at the end of its reach. So steady motion has φ ≤ 2 σ/(Δt ‖ẋ‖ σ₁), which is to say
+Along a direction with singular value σ an inverse with gain φ asks for φ u·ẋ. During a step the Jacobian changes: the
+level's velocity along that direction changes by up to Δt ‖ẋ‖ σ₁ φ/σ of itself: |ẋ·∂J| along a unit motion twice is
+below ‖ẋ‖ σ₁ on the eight arms in space of a test, and below twice that on a planar one, which may overshoot when
+folded. If the change is more than twice the velocity, the arm goes back and forth about the place where it should rest,
+above all at the end of its reach. So steady motion has φ ≤ 2 σ/(Δt ‖ẋ‖ σ₁), or
 
     Δt |v·q̇| ≤ 2 (σ/σ₁) |u·ẋ|/‖ẋ‖,
 
-in rad, and for joints that slide in lengths of the controller's scale. Noise and lag may still shake what is steady.
-This leaves an exact inverse as it is where σ² ≥ ½ Δt ‖ẋ‖ σ₁, and J-PARSE everywhere where γ² ≥ ½ Δt ‖ẋ‖/σ₁:
-fast motion in long steps has wide margins around singularities, slow motion near a target hardly any.
+in rad, and for joints that slide in lengths of the controller's scale. Noise and lag may still shake a steady motion.
+This does not change an exact inverse where σ² ≥ ½ Δt ‖ẋ‖ σ₁, and J-PARSE nowhere if γ² ≥ ½ Δt ‖ẋ‖/σ₁: fast motion in
+long steps has wide margins around singularities, slow motion near a target hardly any.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ from robust_ik.kinematics.svd import length
 
 
 def steadied(motion: Array, reduced: Reduced, wanted: Array, dt: float) -> Array:
-    """A level's motion, (n,), shorter along directions in which it would overshoot; the same array where none is.
+    """A level's motion, (n,), shortened along directions in which it would overshoot; the same array if there are none.
 
     Args:
-        motion: What the level's inverse wants.
-        reduced: The level's Jacobian in what is left to it.
-        wanted: ẋ, what is missing for the level, (m,).
+        motion: The motion that the level's inverse wants.
+        reduced: The level's Jacobian in the freedom left to it.
+        wanted: ẋ, the task velocity that is still missing, (m,).
         dt: Length of a step, s.
     """
     rank, size = reduced.rank, length(wanted)

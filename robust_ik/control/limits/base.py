@@ -1,4 +1,4 @@
-"""What every limit is."""
+"""The interface of limits."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from robust_ik.robot.robot import Robot
 
 
 class Limit(abc.ABC):
-    """Something that bounds joint velocities."""
+    """A limit on joint velocities."""
 
     @abc.abstractmethod
     def bounds(self, robot: Robot, q: Array, previous: Array, dt: float) -> Bounds:
@@ -30,35 +30,36 @@ class Limit(abc.ABC):
     def tightened(self, robot: Robot, q: Array, qdot: Array, dt: float, bounds: Bounds) -> Bounds | None:  # noqa: ARG002
         """Higher floors, and rows after those that there are, where a step in full would break the limit; else None.
 
-        Bounds are of first order; this sees the step itself. A controller resolves anew with what it gives.
+        Bounds are of first order; this method checks the step itself. A controller resolves again with the tighter
+        bounds.
 
         Args:
             robot: The robot.
             q: Configuration, (nq,).
             qdot: The joint velocities of the step, (n,).
             dt: Length of the step, s.
-            bounds: What q̇ was found in: those of this limit among them.
+            bounds: The bounds within which q̇ was found, including those of this limit.
         """
         return None
 
     def spare(self, robot: Robot, q: Array, within: float) -> Mapping[Any, float]:  # noqa: ARG002
-        """How far q is from what this limit forbids, for plans: m by name, negative for what is forbidden.
+        """Distances of q from what this limit forbids, for plans: m by name, negative if forbidden.
 
-        Only of limits that forbid configurations otherwise than by the positions of joints.
+        Only for limits that forbid configurations otherwise than by joint positions.
 
         Args:
             robot: The robot.
             q: Configuration, (nq,).
-            within: m; what is further away is left out.
+            within: Larger distances, m, are left out.
         """
         return {}
 
 
 def checked_limits(limits: Sequence[Limit] | Limit) -> tuple[Limit, ...]:
-    """One limit or several, as several.
+    """Limits as a tuple; a single one is a tuple of one.
 
     Raises:
-        InputError: They are none.
+        InputError: They are not limits.
     """
     given = (limits,) if isinstance(limits, Limit) else limits
     if not isinstance(given, (list, tuple)) or not all(isinstance(each, Limit) for each in given):

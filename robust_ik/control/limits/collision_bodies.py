@@ -20,9 +20,9 @@ class Bodies:
     """The rigid bodies of a robot: links that no joint moves relative to one another.
 
     Attributes:
-        frames: The first link of every body, from the root on; the root's body does not move.
-        of_link: Which body a link is part of.
-        above: Which body carries each body but the first.
+        frames: The first link of each body, from the root on; the root's body does not move.
+        of_link: The index of the body of each link.
+        above: The index of the body that carries each body except the first.
     """
 
     frames: tuple[str, ...]
@@ -31,7 +31,7 @@ class Bodies:
 
     @classmethod
     def of(cls, robot: Robot) -> Self:
-        """The bodies that the joints of `robot.model` move; other joints of the description are fixed."""
+        """The bodies for the joints of `robot.model`; other joints of the description are fixed."""
         description, moving = robot.description, set(robot.model.names)
         first = {link: description.rigid_body(link, moving) for link in description.links}
         frames = tuple(dict.fromkeys([description.root, *(first[link] for link in description.links)]))
@@ -44,8 +44,8 @@ class Solid(NamedTuple):
     """A convex solid on a body.
 
     Attributes:
-        owner: The link or obstacle that it belongs to.
-        body: The body that carries it.
+        owner: Its link or obstacle.
+        body: The index of the body that carries it.
         placement: Its pose in the frame of that body, (4, 4).
         geometry: The solid.
     """
@@ -57,7 +57,7 @@ class Solid(NamedTuple):
 
 
 def link_solids(robot: Robot, bodies: Bodies, links: set[str]) -> Iterator[Solid]:
-    """The solids of some links; a mesh becomes its convex hull.
+    """The solids of some links; meshes are replaced by their convex hulls.
 
     Raises:
         LoadError: A mesh cannot be read.

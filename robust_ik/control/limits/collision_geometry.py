@@ -1,4 +1,4 @@
-"""Coal, wrapped once: solids, and the distance between two of them. The only place that imports it."""
+"""Coal, wrapped in one place: solids, and the distance between two of them. The only module that imports it."""
 
 from __future__ import annotations
 
@@ -17,23 +17,30 @@ from robust_ik.control.limits.obstacles import HalfSpace
 from robust_ik.description.joint_tree import Box, Cylinder, Sphere
 
 LEAST_SIZE = 1e-6
-"""Sides and radii are at least this, m: a URDF may state zero."""
+"""Least side or radius, m: a URDF may state zero."""
 LEAST_THICKNESS = 1e-4
-"""Half of what a flat mesh is thickened by, m."""
+"""Half of the thickness that is added to a flat mesh, m."""
 DIRECTIONS = 250
-"""Corners of a hull that had too many edges at one; coal takes 255 edges."""
+"""Most corners of a hull that had too many edges at one corner: coal accepts at most 255 edges."""
 ITERATIONS = 128
-"""Of coal's search for a depth (EPA), whose default is 64. Chosen: more make depths more exact, and take longer."""
+"""Most iterations of coal's search for a depth (EPA); its default is 64.
+
+Chosen: more give more exact depths, but take longer.
+"""
 TOLERANCE = 1e-8
-"""Of coal's distances between round shapes, relative; normals are as exact as its root."""
+"""Relative accuracy of coal's distances between round shapes; normals are only as accurate as its root."""
 UNIT_TOLERANCE = 1e-6
-"""How far a normal's squared length may be from 1. Chosen: far above rounding; where coal fails it is 0 or NaN."""
+"""Largest difference of a normal's squared length from 1.
+
+Chosen: far above rounding; where coal fails it is 0 or NaN.
+"""
 
 
 class Contact(NamedTuple):
-    """Where two solids are nearest to each other, or deepest inside each other.
+    """The closest points of two solids, or the deepest ones if one is inside the other.
 
-    distance = normal · (point_b − point_a) is negative for the latter, and grows as b moves along the normal.
+    distance = normal · (point_b − point_a) is negative if one is inside the other, and grows as b moves along the
+    normal.
 
     Attributes:
         distance: m.
@@ -53,7 +60,7 @@ class Geometry:
     """A convex solid with a sphere around it.
 
     Attributes:
-        solid: Coal's.
+        solid: The solid, as a shape of coal.
         center: Of the sphere, (3,), m.
         radius: Of the sphere, m; infinite for a half space.
         plane: For a half space its normal and offset, (4,); else None.
@@ -86,11 +93,11 @@ def primitive(shape: Box | Sphere | Cylinder | HalfSpace) -> Geometry:
 def convex_hull(points: Array) -> Geometry:
     """The convex hull of points (V, 3).
 
-    Flat ones are made 0.2 mm thick. Where a corner has more edges than coal can take, as the tip of a fine cone has,
-    some corners are left out and the solid is grown by what they stick out.
+    Flat ones are made 0.2 mm thick. If a corner has more edges than coal accepts, like the tip of a fine cone, some
+    corners are left out, and the solid is enlarged by the distance that they stick out.
     """
-    # Not coal's own hull: on flat points it ends the process.
-    from scipy.spatial import ConvexHull, QhullError  # takes a while: only where a mesh is read
+    # Not coal's own hull: it ends the process on flat points.
+    from scipy.spatial import ConvexHull, QhullError  # slow to import: only if a mesh is read
 
     try:
         hull = ConvexHull(points)
@@ -125,7 +132,7 @@ def _convex(points: Array, triangles: NDArray[np.int_]) -> Geometry:
 
 
 def _directions() -> Array:
-    """Directions spread evenly, (DIRECTIONS, 3), on a spiral."""
+    """Directions, (DIRECTIONS, 3), spread evenly on a spiral."""
     height = 1 - 2 * (np.arange(DIRECTIONS) + 0.5) / DIRECTIONS
     turn = np.pi * (1 + math.sqrt(5)) * np.arange(DIRECTIONS)
     flat = np.sqrt(1 - height**2)
@@ -153,18 +160,18 @@ _SCRATCH = _Scratch()
 
 
 def placed(pose: Array) -> Any:
-    """A pose (4, 4) as coal takes it."""
+    """A pose (4, 4) as coal's type."""
     return coal.Transform3s(pose[:3, :3], pose[:3, 3])
 
 
 def contact(a: Geometry, pose_a: Any, b: Geometry, pose_b: Any) -> Contact:
-    """Where two placed solids are nearest; where coal finds nothing usable, what their spheres say.
+    """The contact of two placed solids; if coal finds no usable one, that of their bounding spheres.
 
     Args:
-        a: No half space.
-        pose_a: Of `a`, as `placed` gives it.
+        a: Any solid except a half space.
+        pose_a: Of `a`, from `placed`.
         b: Any solid.
-        pose_b: Of `b`.
+        pose_b: Of `b`, from `placed`.
     """
     request, result = _SCRATCH.request, _SCRATCH.result
     result.clear()
@@ -183,7 +190,7 @@ def contact(a: Geometry, pose_a: Any, b: Geometry, pose_b: Any) -> Contact:
 
 
 def _of_spheres(a: Geometry, pose_a: Any, b: Geometry, pose_b: Any) -> Contact:
-    """The contact of the spheres around two solids: never further apart than these."""
+    """The contact of the bounding spheres: their distance is at most that of the solids."""
     center_a = np.array(pose_a.transform(a.center))
     if b.plane is not None:
         normal = -np.array(pose_b.getRotation()) @ b.plane[:3]

@@ -1,4 +1,4 @@
-"""Distances to itself and to obstacles as limits of joint velocities."""
+"""Limits joint velocities so that links keep their distance from each other and from obstacles."""
 
 from __future__ import annotations
 
@@ -23,27 +23,27 @@ from robust_ik.errors import InputError
 from robust_ik.robot.robot import Robot
 
 OURS = " distance"
-"""What the causes of these rows end with."""
+"""Ending of the causes of these rows."""
 LEAST_ROW = 1e-6
-"""m per rad: where joints change a distance by less, they do not change it."""
+"""m per rad: a distance that joints change by less than this does not depend on them."""
 NEARER = 1e-7
-"""m; distances that fall by less do not fall: rounding."""
+"""Distances that fall by less than this, m, do not fall, for rounding."""
 OVER = 1.25
 """What is asked for more where a step bends, as a multiple of what it came too near."""
 ALIKE = 0.1
 """Rows that differ by less than this part are about the same points: within a step they turn by far less."""
 RECOVERY_JOINT_SPEED = 0.5
-"""rad/s or m/s: on the way out of a collision no joint has to be faster than this, or half its speed limit."""
+"""On the way out of a collision no joint need be faster than this, rad/s or m/s, or than half its speed limit."""
 
 
 @dataclass(frozen=True, eq=False)
 class PairDistance:
-    """How far two things are from each other.
+    """The distance of two links, or of a link and an obstacle.
 
     Attributes:
         names: Two links, or a link and an obstacle.
-        distance: m; negative where they are inside each other: how far one must be shifted to be free.
-        point_a: The point of the first that is nearest, or deepest inside the second, (3,), m, in the world.
+        distance: m; if they overlap it is negative: how far one must be shifted to be free.
+        point_a: The point of the first that is nearest to the second, or deepest inside it, (3,), m, in the world.
         point_b: The same of the second.
     """
 
@@ -65,28 +65,29 @@ class CollisionLimit(Limit):
 
         ḋ ≥ −gain (d − distance),  gain ≤ 1/dt;   and ḋ ≥ recovery_speed is enough inside `distance`,
 
-    so that, to first order, no step uses up more than what is left, and what is too near comes apart at a bounded
-    speed and never goes further in. With ḋ = nᵀ (J_b − J_a) q̇ at the nearest points a and b, n from a to b.
+    so that, to first order, no step uses up more than the distance left, and pairs that are too near separate at a
+    bounded speed and never come nearer. Here ḋ = nᵀ (J_b − J_a) q̇ at the nearest points a and b, n from a to b.
 
     What bends within a step, and nearest points that jump, are of second order. So `tightened` looks where a step ends:
     if a pair would be nearer than `distance` and nearer than before, a controller asks for more speed apart, also of
     the points that would be nearest then, and at last for less speed in all. Only where stronger limits forbid that
     too does a pair come nearer; the resolution then names it among its contradictions.
 
-    Shapes are the robot's collision shapes, or its visuals if it has no collision shapes at all. Meshes are taken as
-    their convex hulls: what is hollow, such as an open gripper, is full. Where a nearest point jumps (parallel faces),
-    the row jumps, but not the distance.
+    Shapes are the robot's collision shapes, or its visuals if it has no collision shapes at all. Meshes are replaced by
+    their convex hulls, so that hollow ones, an open gripper for example, are full. If a nearest point jumps (parallel
+    faces), the row jumps, but not the distance.
 
     Source: Faverjon & Tournassoud 1987 (velocity damper): ḋ ≥ −ξ (d − d_s)/(d_i − d_s), with gain = ξ/(d_i − d_s).
 
     Attributes:
-        pairs: What is kept apart.
-        ignored: What is not, and why. Links that no joint moves relative to one another are in neither.
+        pairs: Pairs that are kept apart.
+        ignored: Pairs that are not kept apart, and why. Links that no joint moves relative to one another are in
+            neither.
         distance: The least distance, m.
-        influence: From where on distances act, m.
-        gain: Of what is left, the share that may be used up in a second, 1/s.
-        recovery_speed: How fast what is too near has to part, m/s.
-        joint_names: The joints of the robot that it is for.
+        influence: The distance below which pairs act, m.
+        gain: Largest rate at which the distance left may be used up, 1/s.
+        recovery_speed: Speed at which pairs that are too near must separate, m/s.
+        joint_names: The joints of its robot.
     """
 
     pairs: tuple[Pair, ...]
@@ -113,24 +114,24 @@ class CollisionLimit(Limit):
         gain: float = 10.0,
         recovery_speed: float = 0.1,
     ) -> Self:
-        """For all pairs that could meet, or for given ones.
+        """A limit for all pairs that could meet, or for given ones.
 
-        Left out are pairs that an SRDF disables; without one, links with a single joint between them, also where
-        others are rigidly attached to them; links that are nearer than `distance` when the robot is at rest; and
-        obstacles that a link is always nearer to than that, such as the table that it stands on. See `ignored`.
+        Left out are pairs that an SRDF disables; without an SRDF, links with a single joint between them or between
+        links rigidly attached to them; links that are nearer than `distance` when the robot is at rest; and pairs of a
+        link and an obstacle that are always nearer than that, such as the base and its table. See `ignored`.
 
         Args:
             robot: The robot.
-            obstacles: What stands around it.
+            obstacles: Obstacles around it.
             srdf: An SRDF file; default the one beside the robot's URDF, see `find_srdf`.
             pairs: Pairs of links, or of a link and an obstacle, to keep apart, and no others.
             distance: The least distance, m.
-            influence: From where on distances act, m.
-            gain: Of what is left, the share that may be used up in a second, 1/s; at most 1/dt has effect.
-            recovery_speed: How fast what is too near has to part, m/s.
+            influence: The distance below which pairs act, m.
+            gain: Largest rate at which the distance left may be used up, 1/s; at most 1/dt has effect.
+            recovery_speed: Speed at which pairs that are too near must separate, m/s.
 
         Raises:
-            InputError: A parameter or an obstacle cannot be meant, or a pair does not exist.
+            InputError: A parameter or an obstacle is not valid, or a pair does not exist.
             LoadError: The SRDF or a mesh cannot be read.
             UrdfError: The SRDF is broken or for another robot.
         """
@@ -158,7 +159,7 @@ class CollisionLimit(Limit):
         )
 
     def bounds(self, robot: Robot, q: Array, previous: Array, dt: float) -> Bounds:  # noqa: ARG002
-        """A row for every two solids that are nearer than `influence`; see `Limit.bounds`."""
+        """A row for each pair of solids that is nearer than `influence`; see `Limit.bounds`."""
         self._check(robot)
         return self._bounds(robot, q, self._scene.contacts(robot, q, within=self.influence), dt)
 
@@ -167,7 +168,7 @@ class CollisionLimit(Limit):
         spare = np.array([there.distance for _, there in contacts]) - self.distance
         fastest = np.minimum(self.recovery_speed, np.abs(rows) @ self._reach)
         floor = np.minimum(fastest, -min(self.gain, 1 / dt) * spare)
-        # What no joint can change must not contradict what joints can.
+        # A distance that no joint can change must not contradict others.
         size = np.linalg.norm(rows, axis=1)
         kept = np.flatnonzero((size > LEAST_ROW) & np.isfinite(size))
         return Bounds.of_rows(
@@ -226,7 +227,7 @@ class CollisionLimit(Limit):
         return ours[nearest] if apart[nearest] <= ALIKE * np.linalg.norm(row) else None
 
     def spare(self, robot: Robot, q: Array, within: float) -> dict[int, float]:
-        """How far pairs of solids are from being too near; see `Limit.spare`."""
+        """Distances of pairs of solids minus `distance`; see `Limit.spare`."""
         self._check(robot)
         contacts = self._scene.contacts(robot, q, within=self.distance + within)
         return {index: there.distance - self.distance for index, there in contacts}
@@ -247,7 +248,7 @@ class CollisionLimit(Limit):
 
     @checked
     def distances(self, robot: Robot, q: ArrayLike) -> list[PairDistance]:
-        """How far every pair is apart, however far, nearest first.
+        """The distances of all pairs, however large, nearest first.
 
         Args:
             robot: The robot.

@@ -1,4 +1,4 @@
-"""Which pairs to keep apart: from an SRDF, or all that could meet, or as told."""
+"""Chooses the pairs to keep apart: by an SRDF, all that could meet, or those that are given."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from robust_ik.errors import InputError, UrdfError, suggest
 from robust_ik.robot.robot import Robot
 
 SAMPLES = 100
-"""Configurations that an obstacle must be near in to count as always near."""
+"""An obstacle counts as always near a link if it is near in this many random configurations."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class IgnoredPair:
 def possible_scene(
     robot: Robot, obstacles: Sequence[Obstacle], srdf: Srdf | None, least: float
 ) -> tuple[CollisionScene, list[Pair], list[IgnoredPair]]:
-    """All pairs that could meet, and those that are left out, for `least` see `_close_pairs`.
+    """All pairs that could meet, and those that are left out; for `least` see `_close_pairs`.
 
     Raises:
         UrdfError: The SRDF is for another robot.
@@ -57,8 +57,8 @@ def told_scene(
     """The pairs that a user names, checked.
 
     Raises:
-        InputError: One is no pair of links with shapes, or of a link and an obstacle, that a joint moves relative to
-            one another; or an obstacle is in none.
+        InputError: One is not a pair of links with shapes, or of a link and an obstacle, that a joint moves relative to
+            each other; or an obstacle is in no pair.
         LoadError: A mesh cannot be read.
     """
     bodies = Bodies.of(robot)
@@ -74,7 +74,7 @@ def _scene(robot: Robot, bodies: Bodies, obstacles: Sequence[Obstacle], pairs: S
 def _possible_pairs(
     robot: Robot, bodies: Bodies, obstacles: Iterable[Obstacle], srdf: Srdf | None
 ) -> tuple[list[Pair], list[IgnoredPair]]:
-    """Pairs with shapes that joints move relative to one another, and those of them that are left out by name."""
+    """Pairs with shapes that joints move relative to each other, and those of them that are left out by name."""
     links = list(dict.fromkeys(solid.link for solid in robot.description.solids))
     disabled = _disabled(robot, srdf)
     pairs: list[Pair] = []
@@ -84,7 +84,7 @@ def _possible_pairs(
         if first == second:
             continue
         reason = disabled.get(frozenset(pair), "")
-        # What an SRDF says is more exact than that whatever sits on two bodies with one joint between cannot meet.
+        # An SRDF is more exact than the rule that links with one joint between cannot meet.
         if not reason and (_joined(robot, pair) if disabled else _adjacent(bodies, first, second)):
             reason = "adjacent"
         if reason:
@@ -95,7 +95,7 @@ def _possible_pairs(
 
 
 def _disabled(robot: Robot, srdf: Srdf | None) -> Mapping[frozenset[str], str]:
-    """Pairs that an SRDF disables, and a reason; an SRDF that disables none says nothing about collisions."""
+    """Pairs that an SRDF disables, with reasons; an SRDF that disables none says nothing about collisions."""
     if srdf is None or not srdf.disabled:
         return {}
     links = set(robot.description.links)
@@ -136,7 +136,7 @@ def _told_pair(pair: object, links: set[str], standing: set[str]) -> Pair:
 
 
 def _close_pairs(robot: Robot, scene: CollisionScene, least: float) -> Iterator[IgnoredPair]:
-    """Links nearer than `least` at rest, and links that are nearer than that to an obstacle wherever the robot is."""
+    """Pairs of links nearer than `least` at rest, and of a link and an obstacle always nearer than that."""
     near = _nearest(scene, robot, robot.rest, least)
     always = {pair for pair in near if pair[1] not in scene.bodies.of_link}
     for pair in near.keys() - always:
@@ -148,7 +148,7 @@ def _close_pairs(robot: Robot, scene: CollisionScene, least: float) -> Iterator[
 
 
 def _nearest(scene: CollisionScene, robot: Robot, q: Array, least: float) -> dict[Pair, float]:
-    """The distance of every pair that is nearer than `least`."""
+    """The distances of all pairs that are nearer than `least`."""
     nearest: dict[Pair, float] = {}
     for index, there in scene.contacts(robot, q, within=least):
         pair = scene.names(index)

@@ -1,4 +1,4 @@
-"""The solids of a robot and around it, and where pairs of them are nearest at q."""
+"""The solids of a robot and its obstacles, and the closest points of pairs of them at q."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from robust_ik.robot.robot import Robot
 
 Pair = tuple[str, str]
 FARTHEST = 1e9
-"""m; what a sliding joint carries further is taken to be here."""
+"""Farthest position, m: bodies that a sliding joint carries further count as here."""
 
 
 @dataclass(frozen=True, eq=False)
 class CollisionScene:
-    """Solids, and which of them to watch against which.
+    """Solids, and the pairs of them to watch.
 
     Attributes:
         bodies: The bodies of the robot.
-        solids: Of the robot's links first, then of obstacles.
-        first: Of every pair of solids the first one, (P,), never a half space.
-        second: Of every pair the second one, (P,).
+        solids: Solids of the robot's links, then of obstacles.
+        first: The index of the first solid of each pair, (P,), never a half space.
+        second: The index of the second one, (P,).
     """
 
     bodies: Bodies
@@ -40,7 +40,7 @@ class CollisionScene:
 
     @classmethod
     def of(cls, bodies: Bodies, solids: Sequence[Solid], obstacles: Sequence[Obstacle], pairs: Sequence[Pair]) -> Self:
-        """Everything that belongs to one of a pair against everything that belongs to the other."""
+        """A scene with all pairs of solids that belong to the two names of a given pair."""
         standing = (Solid(each.name, 0, each.placement, primitive(each.shape)) for each in obstacles)
         everything = (*solids, *standing)
         owned: dict[str, list[int]] = {}
@@ -112,11 +112,11 @@ class CollisionScene:
         return found
 
     def names(self, pair: int) -> Pair:
-        """The links, or the link and the obstacle, that a pair of solids belongs to."""
+        """The two links, or link and obstacle, of a pair of solids."""
         return self.solids[self.first[pair]].owner, self.solids[self.second[pair]].owner
 
     def _poses(self, robot: Robot, q: Array) -> Array:
-        """The poses of the bodies that are needed, (bodies, 4, 4); of others, the identity."""
+        """The poses of the watched bodies, (bodies, 4, 4); of the others, the identity."""
         poses = np.tile(np.eye(4), (len(self.bodies.frames), 1, 1))
         for body in self.moving:
             poses[body] = robot.pose(q, self.bodies.frames[body])
@@ -124,7 +124,7 @@ class CollisionScene:
         return bounded
 
     def _least_distances(self, poses: Array) -> Array:
-        """What the distance of every pair is at least, (P,), from the spheres around solids."""
+        """Lower bounds on the distances of all pairs, (P,), from the bounding spheres."""
         body, center, radius = self._spheres
         at = np.einsum("sij,sj->si", poses[body], center)[:, :3]
         apart: Array = np.linalg.norm(at[self.second] - at[self.first], axis=1) - radius[self.first]
@@ -135,13 +135,13 @@ class CollisionScene:
 
     @cached_property
     def moving(self) -> list[int]:
-        """The bodies of watched solids that joints move."""
+        """The bodies with watched solids that joints move."""
         watched = {self.solids[index].body for index in (*self.first, *self.second)}
         return sorted(watched - {0})
 
     @cached_property
     def _spheres(self) -> tuple[NDArray[np.int_], Array, Array]:
-        """Of every solid its body, and in that body's frame its sphere's centre, (S, 4), and radius, (S,)."""
+        """For each solid its body, and in that body's frame its sphere's centre, (S, 4), and radius, (S,)."""
         bodies = np.array([solid.body for solid in self.solids], dtype=int)
         centers = [solid.placement @ [*solid.geometry.center, 1.0] for solid in self.solids]
         radii = np.array([solid.geometry.radius for solid in self.solids])
@@ -149,7 +149,7 @@ class CollisionScene:
 
     @cached_property
     def _half_spaces(self) -> tuple[NDArray[np.bool_], Array]:
-        """Which pairs are against a half space, (P,), and normal and offset of those in the world, (H, 4)."""
+        """Which pairs include a half space, (P,), and normal and offset of those in the world, (H, 4)."""
         seconds = [self.solids[index] for index in self.second]
         flat = np.array([solid.geometry.plane is not None for solid in seconds], dtype=bool)
         planes = []

@@ -21,29 +21,29 @@ from robust_ik.errors import InputError
 from robust_ik.robot.robot import Robot
 
 GAIN = 20.0
-"""How fast a joint uses up the way to its end, 1/s: it is slowed from a twentieth of a second before."""
+"""Largest rate at which a joint uses up the way to its end, 1/s: it slows down a twentieth of a second before."""
 LEAST = 1e-9
-"""The least acceleration that is one, rad/s² or m/s²: with less nothing moves."""
+"""Least acceleration limit, rad/s² or m/s²: with less, nothing moves."""
 
 
 @dataclass(frozen=True, eq=False)
 class JointLimits(Limit):
     """Limits of every joint; infinite entries are no limits. `JointLimits.of(robot)` takes them from the robot.
 
-    With a finite acceleration a joint brakes in time: from rest, no sequence of steps of equal length ever needs more
-    than it to stay inside. A joint that is outside comes back at no more than `recovery_speed`, and never goes further
-    out. Towards an end, and back to it, it uses up at most `gain` of the way in a second, so that it comes to rest
-    there and does not shake with the noise of what is measured. Where they contradict each other (a joint too fast to
-    stop), position wins over velocity, and both win over acceleration; the resolution then says so.
+    With a finite acceleration a joint brakes in time: from rest, no sequence of steps of equal length needs more
+    acceleration to stay inside. A joint outside its limits comes back at no more than `recovery_speed`, and never goes
+    further out. Towards an end, and back to it, a joint uses up the way at a rate of at most `gain`, so that it comes
+    to rest there and does not shake with measurement noise. If limits contradict each other (a joint too fast to stop),
+    position wins over velocity, and both win over acceleration; the resolution then says so.
 
     Attributes:
         lower: Lower position limits, (n,), rad or m.
         upper: Upper position limits, (n,).
         velocity: Speed limits, (n,), rad/s or m/s.
         acceleration: Acceleration limits, (n,), rad/s² or m/s².
-        recovery_speed: Speed of the way back of a joint that is outside, rad/s or m/s.
-        joint_names: What to call them, n strings.
-        gain: Of the way to an end, the share that may be used up in a second, 1/s; at most 1/dt has effect.
+        recovery_speed: Speed at which a joint outside its limits comes back, rad/s or m/s.
+        joint_names: Names for messages, n strings.
+        gain: Largest rate at which the way to an end is used up, 1/s; at most 1/dt has effect.
     """
 
     lower: Array
@@ -67,7 +67,7 @@ class JointLimits(Limit):
         recovery_speed: float = 0.1,
         gain: float = GAIN,
     ) -> Self:
-        """The robot's own limits, or others in their place.
+        """Limits of a robot: its own, or others in their place.
 
         Args:
             robot: The robot.
@@ -75,9 +75,9 @@ class JointLimits(Limit):
             upper: Upper position limits; default the robot's.
             velocity: Speed limits, rad/s or m/s; default the robot's.
             acceleration: Acceleration limits, rad/s² or m/s²; default none, as URDFs have none.
-            margin: What to keep from position limits, rad or m.
-            recovery_speed: Speed of the way back of a joint that is outside, rad/s or m/s.
-            gain: Of the way to an end, the share that may be used up in a second, 1/s; infinite to go there in a step.
+            margin: Distance to keep from position limits, rad or m.
+            recovery_speed: Speed at which a joint outside its limits comes back, rad/s or m/s.
+            gain: Largest rate at which the way to an end is used up, 1/s; infinite to go there in one step.
 
         Raises:
             InputError: A limit has another shape, is NaN or negative, or lower limits exceed upper ones.
@@ -109,7 +109,7 @@ class JointLimits(Limit):
                 raise InputError(f"lower + margin ≤ upper − margin must hold, got {a:g} and {b:g} for {name}")
 
     def bounds(self, robot: Robot, q: Array, previous: Array, dt: float) -> Bounds:
-        """The box of the next step; see `Limit.bounds`."""
+        """The box for the next step; see `Limit.bounds`."""
         if self.joint_names != robot.joint_names:
             raise InputError(
                 f"these limits are for {', '.join(self.joint_names)}, {robot.name} has {', '.join(robot.joint_names)}"
@@ -117,7 +117,7 @@ class JointLimits(Limit):
         values = robot.joint_values(q)
         above, below = self.upper - values, values - self.lower
         upper, lower = self._ceiling(above, previous, dt), -self._ceiling(below, -previous, dt)
-        # A joint that is outside comes back no faster than it can stop before its other end.
+        # A joint outside comes back no faster than it can stop before its other end.
         upper, lower = (
             np.where(above < 0, np.maximum(upper, lower), upper),
             np.where(below < 0, np.minimum(upper, lower), lower),
@@ -136,7 +136,7 @@ class JointLimits(Limit):
         return replace(hurried, unhurried=(box.lower, box.upper), last=previous)
 
     def _ceiling(self, room: Array, previous: Array, dt: float) -> Array:
-        """The largest speed towards an end that is `room` away; negative where the end is passed already."""
+        """The largest speed towards an end at distance `room`; negative if the joint is beyond it."""
         gain = min(self.gain, 1 / dt)
         least = np.maximum(
             -np.minimum(self.recovery_speed, -gain * room), np.minimum(previous - self.acceleration * dt, 0.0)
@@ -152,17 +152,17 @@ class JointLimits(Limit):
 
 
 def braking_speed(room: Array, acceleration: Array, dt: float, gain: float = np.inf) -> Array:
-    """The largest speed for the next step after which there is still room to stop.
+    """The largest speed in the next step from which a joint can still stop within `room`.
 
-    In steps of dt, from v on, a joint slows down by a dt a step to a/gain, and then by the share gain·dt of its speed:
-    it goes dt (v + (v − a dt) + …) + w/gain until it rests, w ≤ a/gain being the first speed of the second part. That
-    is at most `room`. Without an acceleration limit it is v/gain.
+    From v on, a joint slows down in steps of dt, first by a dt a step to a/gain, then by the fraction gain·dt of its
+    speed a step. It goes dt (v + (v − a dt) + …) + w/gain until it rests, w ≤ a/gain being the first speed of the
+    second part. That is at most `room`. Without an acceleration limit it is v/gain.
 
     Args:
         room: Distances, (n,), rad or m, ≥ 0, possibly infinite.
         acceleration: (n,), rad/s² or m/s², > 0, possibly infinite.
         dt: Step, s.
-        gain: Of the way that is left, the share that may be used up in a second, 1/s; at most 1/dt has effect.
+        gain: Largest rate at which the remaining way is used up, 1/s; at most 1/dt has effect.
     """
     gain = min(gain, 1 / dt)
     limited = np.isfinite(acceleration) & np.isfinite(room)
@@ -183,7 +183,7 @@ def _per_joint(robot: Robot, name: str, value: ArrayLike) -> Array:
 
 
 def _checked(name: str, array: Array, least: float) -> Array:
-    """Numbers that are at least so large, infinite where there is no limit."""
+    """Numbers that are at least `least`, infinite for no limit."""
     if np.isnan(array).any() or (array < least).any():
         wanted = "a number" if least == -np.inf else "> 0" if least else "≥ 0"
         raise InputError(f"{name} must be {wanted} for every joint, infinite for no limit, got {array}")

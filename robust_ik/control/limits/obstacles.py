@@ -1,4 +1,4 @@
-"""What stands around a robot."""
+"""Obstacles around a robot."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from robust_ik.description.joint_tree import Box, Cylinder, Sphere
 from robust_ik.errors import InputError
 
 LARGEST = 1e6
-"""m; beyond, distances drown in rounding."""
+"""Largest coordinate, m: beyond it distances are lost in rounding."""
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class HalfSpace:
     """Everything below a plane: the points x with normal · x ≤ offset. A table top, a floor, a wall.
 
     Attributes:
-        normal: Which way is out, of any length but 0; it is kept with length 1.
+        normal: The direction out of it, of any length but 0; it is stored with length 1.
         offset: Height of the plane along the normal of length 1, m.
     """
 
@@ -46,7 +46,7 @@ class Obstacle:
     """A solid that does not move.
 
     Attributes:
-        name: What to call it; no link of the robot may have that name.
+        name: Its name; no link of the robot may have it.
         shape: `Box`, `Sphere` or `Cylinder`, about the origin of its placement, or a `HalfSpace`.
         placement: Its pose in the world, (4, 4), m.
     """
@@ -62,7 +62,7 @@ class Obstacle:
         object.__setattr__(self, "placement", _checked_placement(self.name, self.placement))
 
     def __reduce__(self) -> tuple[object, ...]:
-        # Through the constructor, so that copies are read-only too.
+        # Through the constructor, since copies must be read-only too.
         return Obstacle, (self.name, self.shape, self.placement)
 
 

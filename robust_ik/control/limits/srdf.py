@@ -1,4 +1,4 @@
-"""SRDF: which pairs of links need no watching, as MoveIt's setup assistant and its like write it down."""
+"""Reads SRDF: which pairs of links need no collision check, as written by MoveIt's setup assistant and others."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from robust_ik.robot.robot import Robot
 from robust_ik.runtime.files import read_file
 
 MAX_BYTES = 20_000_000
-"""Of an SRDF file. Chosen: over a hundred times the largest of example-robot-data (0.12 MB)."""
+"""Most bytes of an SRDF file. Chosen: over a hundred times the largest of example-robot-data (0.12 MB)."""
 FOLDER = "srdf"
-"""The folder of a robot's package that example-robot-data keeps SRDFs in."""
+"""The folder of a robot's package in which example-robot-data keeps SRDFs."""
 
 
 @dataclass(frozen=True)
 class Srdf:
-    """What an SRDF says about collisions.
+    """The collision part of an SRDF.
 
     Attributes:
         path: The file.
-        name: The robot that it is for.
-        disabled: Pairs of links that it leaves out, and why ("Adjacent", "Never", …).
+        name: The name of its robot.
+        disabled: Pairs of links that it disables, and why ("Adjacent", "Never", …).
     """
 
     path: Path
@@ -36,7 +36,7 @@ class Srdf:
 
 
 def read_srdf(path: str | Path) -> Srdf:
-    """The pairs that an SRDF disables; whatever else it says is passed over.
+    """The pairs that an SRDF disables; all else in it is ignored.
 
     Raises:
         RobotNotFoundError: There is no such file.
@@ -62,11 +62,11 @@ def _pair(element: Any) -> tuple[frozenset[str], str]:
 def find_srdf(robot: Robot) -> Srdf | None:
     """The SRDF that lies beside a robot's URDF, in its package's folder `srdf/`, as in example-robot-data.
 
-    It is the one called like the URDF's file, the robot or the name in the URDF, in this order and whatever the case;
-    else the only one whose <robot name=…> is the URDF's. Links that lead out of the package are not followed.
+    It is the one with the name of the URDF's file, of the robot, or in the URDF, in this order, ignoring case; else the
+    only one whose <robot name=…> is the URDF's. Links that lead out of the package are not followed.
 
     Raises:
-        LoadError: It, or one that had to be looked into, is broken.
+        LoadError: It, or another one that had to be read, is broken.
     """
     if robot.description.file is None:
         return None
@@ -80,7 +80,7 @@ def find_srdf(robot: Robot) -> Srdf | None:
 
 
 def _beside(urdf: Path) -> Iterator[Path]:
-    """The SRDFs of the package that a URDF is in."""
+    """The SRDFs in the package of a URDF."""
     package = urdf.parent.parent if urdf.parent.name in CONVENTIONAL_FOLDERS else urdf.parent
     for path in sorted((package / FOLDER).glob("*.srdf")):
         if path.is_file() and path.resolve().is_relative_to(package.resolve()):

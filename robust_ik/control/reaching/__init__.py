@@ -1,4 +1,4 @@
-"""Reaching a pose whatever stands in the straight way: a task that servoes, and goes round where that ends."""
+"""Reaching a pose even if the straight way ends: a task that servoes, and goes round when the servo stalls."""
 
 from robust_ik.control.reaching.task import Reach
 

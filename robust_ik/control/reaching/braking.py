@@ -1,4 +1,4 @@
-"""How fast a tool still gets once its joints brake: acceleration limits do not let them stop where a cap is met."""
+"""Speed of a tool while its joints brake: acceleration limits do not let them stop at once when a cap is met."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ from robust_ik.control.reaching.path import FINE, Caps
 from robust_ik.control.reaching.space import Space
 
 MOST_SAMPLES = 40
-"""Of one braking. Chosen: two metres or radians at FINE; more see more, and every step takes longer."""
+"""Most samples of one braking motion. Chosen: two metres or radians at FINE; more see more, but slow every step."""
 LATER = 0.99
-"""Of a cap, the share that is kept to while braking: between samples, and a step later, it may be a little more."""
+"""Fraction of a cap that is allowed while braking: between samples, and one step later, it may be a little more."""
 
 
 def braking_ratio(space: Space, caps: Caps, q: Array, qdot: Array, dt: float) -> float:
-    """The greatest speed of the tool, of its cap, in this step and while its joints brake from it to rest.
+    """The largest ratio of the tool's speed to its cap, in this step and while its joints brake from it to rest.
 
-    From a velocity with a ratio of at most 1 the braking of `braked` is a motion that keeps the caps.
+    From a velocity with a ratio of at most 1, the braking of `braked` keeps the caps.
 
     Args:
         space: The robot, its frame and its limits.
-        caps: Of the tool.
+        caps: Caps on the tool's speed.
         q: Configuration, (nq,).
         qdot: Joint velocities of this step, (n,).
         dt: Length of a step, s.
 
     Returns:
-        At most 1 where the caps are kept; sampled every FINE rad or m of the joint that goes furthest.
+        At most 1 if the caps are kept; sampled every FINE rad or m of the joint that goes furthest.
     """
     moving = np.zeros_like(qdot)
     moving[space.joints] = qdot[space.joints]
@@ -43,29 +43,29 @@ def braking_ratio(space: Space, caps: Caps, q: Array, qdot: Array, dt: float) ->
 
 
 def braked(space: Space, x: Array, qdot: Array, dt: float) -> tuple[Array, Array]:
-    """How joints brake together, keeping their ratios, but for those that must brake harder before their limits.
+    """Joint motions of braking together in constant ratios, but for joints that must brake harder before their limits.
 
-    Together they go on along a straight line, as quickly to rest as the one that needs longest. A joint whose limit is
-    nearer than that goes on likewise until only its full acceleration stops it in time.
+    Together they continue along a straight line and come to rest as quickly as the joint that needs longest. A joint
+    whose limit is nearer than that continues likewise until only its full acceleration stops it in time.
 
     Args:
         space: Limits of positions and accelerations.
         x: Joint values, (n,).
-        qdot: Joint velocities, (n,), that they have for one more step; zero where a joint does not count.
+        qdot: Joint velocities, (n,), which last for one more step; zero for joints that do not move the frame.
         dt: Length of a step, s.
 
     Returns:
-        How far the joints have gone, (k, n), and their velocities there, (k, n); the first is now.
+        The distances gone by the joints, (k, n), and their velocities there, (k, n); the first row is now.
     """
     gain = min(space.gain, 1.0 / dt)
     speed, hardest = np.abs(qdot), np.where(np.isfinite(space.acceleration), space.acceleration, 1e9)
-    whole = max(float((speed / hardest).max()), 1e-9)  # s to rest
+    whole = max(float((speed / hardest).max()), 1e-9)  # time to rest, s
     rate = speed / whole
     count = min(MOST_SAMPLES, 2 + math.ceil(0.5 * whole * float(speed.max()) / FINE))
-    share = 1.0 - np.sqrt(1.0 - np.linspace(0.0, 1.0, count)[:-1])  # of that time: as much way between any two
+    share = 1.0 - np.sqrt(1.0 - np.linspace(0.0, 1.0, count)[:-1])  # fractions of that time, with equal ways in between
     time = share[:, None] * whole
     whole_room = np.where(qdot > 0, space.upper - x, x - space.lower)
-    slow = np.minimum(speed, hardest / gain)  # from here on it comes to rest by its gain, which takes longer
+    slow = np.minimum(speed, hardest / gain)  # below this speed its gain brings it to rest, which takes longer
     room = whole_room - (slow / gain - 0.5 * slow**2 / hardest) - dt * speed
     stop = 0.5 * speed * whole
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -82,5 +82,5 @@ def braked(space: Space, x: Array, qdot: Array, dt: float) -> tuple[Array, Array
         speed * time - 0.5 * rate * time**2,
     )
     way = np.minimum(way + 0.5 * dt * speed * share[:, None], np.maximum(whole_room, 0.0))  # in steps it is longer
-    velocity[1:] = np.minimum(velocity, gain * (whole_room - way))[1:]  # which is slower at the very end
+    velocity[1:] = np.minimum(velocity, gain * (whole_room - way))[1:]  # slower at the very end
     return np.sign(qdot) * way, np.sign(qdot) * np.maximum(velocity, 0.0)

@@ -1,4 +1,4 @@
-"""One run of a `Reach`: what it does at every step, and why it changes that."""
+"""The state of a `Reach` in one run: what it does at each step, and when it changes that."""
 
 from __future__ import annotations
 
@@ -26,41 +26,41 @@ from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.robot.robot import Robot
 
 ARRIVED, NOISY = 1e-6, 3.0
-"""m, or rad times a length, within which a target is reached; or as a multiple of what noise makes."""
+"""Error within which a target is reached: m, or rad times a length; or as a multiple of the error that noise makes."""
 LEAVES = 10.0
-"""By how much more than that what is reached is left. Chosen: less would flicker between the two."""
+"""Factor on that error beyond which a reached target counts as left again. Chosen: less would flicker."""
 MOST_NOISE = 1e-4
-"""rad or m: configurations that are known worse than this are not noisy but wrong."""
+"""Largest noise, rad or m: configurations known worse than this are not noisy but wrong."""
 PATIENCE = 1.5, 3.0
-"""How often the time that the joints would need, and how often the time in which it is asked for, a servo may take."""
+"""Patience with a servo: factors on the time that joints need, and on the time that its velocity asks for."""
 ALL_BUT = 0.01
-"""Of what a target out of reach is missed by, the share by which the servo may miss more."""
+"""If a target is out of reach, the servo may miss it by this fraction more than the closest pose."""
 NO_NEARER = 1e-3
-"""Of that, what a servo out of reach must gain in a window to go on."""
+"""If a target is out of reach, the servo must gain this fraction of its distance in a window to go on."""
 CAME_BACK = 0.5
-"""Of what a target was out of reach by: one that is no further any more has come back."""
+"""Fraction of the distance of a target out of reach below which it has come back."""
 PIECES = 20
-"""Of a search, in one step. Chosen: more find a way in fewer steps, each of which takes longer."""
+"""Pieces of a search in one step. Chosen: more find a solution in fewer steps, each of which takes longer."""
 FEEDBACK, MOST_FEEDBACK = 5.0, 0.3
-"""1/s, with which joints are kept on their way; and times dt at most."""
+"""Gain that keeps joints on their path, 1/s, and largest gain times dt."""
 ASIDE, FAR_ASIDE = 0.02, 0.1
-"""rad or m beside its way at which an arm waits for itself, in part and in full."""
+"""Distance from its path, rad or m, at which an arm begins to wait for itself, and at which it stops."""
 SAME = 0.3
-"""rad or m: solutions of a target that has moved are the same branch where they have moved by less."""
+"""Largest motion, rad or m, for which solutions of a target that has moved are the same branch."""
 AT_REST = 1e-6
-"""rad/s or m/s: joints that are slower stand still. Chosen: far below any motion, far above rounding."""
+"""Largest speed of a joint at rest, rad/s or m/s. Chosen: far below any motion, far above rounding."""
 FAILED, BLOCKED = 4, 1.0
-"""Ways after which no more are tried for one target, and seconds without progress after which a way is given up."""
+"""Failed paths after which a target is given up, and seconds without progress after which a path is given up."""
 MOVED = 0.01
-"""m, or rad times a length, by which a target has moved that is tried anew."""
+"""Motion of a target, m, or rad times a length, after which it is tried again."""
 FIRST_BREAK, LONGEST_BREAK = 0.5, 4.0
-"""Seconds after a way round in which no other is begun where the target moves; doubled where they follow soon."""
+"""Seconds after a path during which no other begins if the target moves; doubled if paths follow each other soon."""
 REGULAR = 0.02
-"""σ over the largest one, from which on the servo holds a target that was reached by another way."""
+"""σ_k/σ₁ above which the servo holds a target that was reached by a path."""
 
 
 class Told:
-    """What a `Reach` says of itself."""
+    """The text that a `Reach` shows as its state."""
 
     def __init__(self) -> None:
         self.text = "not begun"
@@ -68,14 +68,14 @@ class Told:
 
 @dataclass(frozen=True, eq=False)
 class Now:
-    """One step.
+    """The inputs of one step.
 
     Attributes:
         task: The task.
         q: Configuration, (nq,).
-        servo: The straight way's equation.
-        moment: What the controller knows.
-        hessian: Whether Hessians are wanted.
+        servo: The equation of the straight servo.
+        moment: Bounds and previous velocities of the controller.
+        hessian: Whether Hessians are needed.
     """
 
     task: FrameTask
@@ -86,17 +86,17 @@ class Now:
 
 
 class ReachDrive(Drive):
-    """Servoes, plans, goes round, or holds: one method for each, which gives an equation, or goes over to another."""
+    """Servoes, plans, follows a path, or holds: a method for each returns an equation, or changes to another method."""
 
     def __init__(self, robot: Robot, limits: Sequence[Limit], task: FrameTask) -> None:
-        """A run that begins with servoing."""
+        """A run that begins with the servo."""
         self.robot = robot
         self._kind = type(task)
         self._same = task.frame, task.rows, task.reference
         self.space = Space.of(robot, task.frame, limits)
         self.caps = Caps.of(task, self.space)
         self.finder = GoalFinder(self.space)
-        self.finder.near(task, robot.rest)  # refuses robots that it cannot serve
+        self.finder.near(task, robot.rest)  # raises for robots with too many joints
         self.noise, self.watch = Noise(robot), Servo(robot, self._start_time())
         self._looks_ahead = self.space.hurried and min(task.max_linear, task.max_angular) < math.inf
         self.time, self.text, self._dt = 0.0, "servoing", 0.01
@@ -133,7 +133,7 @@ class ReachDrive(Drive):
         return equation
 
     def share(self, q: Array, qdot: Array) -> float:
-        """What caps on the tool's speed allow, now and while it brakes; see `Drive.share`."""
+        """The share that caps on the tool's speed allow, now and while it brakes; see `Drive.share`."""
         if not self._looks_ahead:
             return min(1.0, float(self.caps.share(self._jacobian(q) @ qdot)))
         return 1.0 / max(1.0, braking_ratio(self.space, self.caps, q, qdot, self._dt))
@@ -160,7 +160,7 @@ class ReachDrive(Drive):
         return now.servo
 
     def _servo_from_afar(self, now: Now) -> TaskEquation | None:
-        """The straight way on to a target out of reach that leads to as good as the closest pose; there it holds."""
+        """The servo to a target out of reach, if it leads as close as the closest pose does; there it holds."""
         self.watch.add(now.q, now.servo, now.moment.dt)
         self._follows = self._follows or self._moves
         if self._follows and self.watch.error < CAME_BACK * self._missed:
@@ -182,7 +182,7 @@ class ReachDrive(Drive):
         return self._towards(now, self._goal) if self._holds else now.servo
 
     def _is_closest(self, now: Now) -> bool:
-        """Whether the target is out of reach, and no configuration comes nearer to it but by next to nothing."""
+        """Whether the target is out of reach and the arm, up to a negligible part, as close to it as possible."""
         if self.finder.near(now.task, now.q).solved:
             return False
         self._missed = self.finder.missed(self.finder.closest(now.task, now.q))
@@ -193,7 +193,7 @@ class ReachDrive(Drive):
         return length((units[:, None] * now.servo.J).ravel())
 
     def _stalls(self, now: Now) -> bool:
-        """Whether the servo takes too long for what is left, if it gets there at all."""
+        """Whether the servo takes too long for the remaining distance, or does not get there at all."""
         found = self.finder.near(now.task, now.q)
         missed = self.finder.missed(found)
         left = self.watch.error - missed
@@ -227,7 +227,7 @@ class ReachDrive(Drive):
         return self._towards(now, self._point)
 
     def _braking(self, now: Now) -> TaskEquation:
-        """All joints together, so that the tool goes on as it went, only slower."""
+        """Brakes all joints in constant ratios, so that the tool goes on along its path, only slower."""
         previous = now.moment.previous
         with np.errstate(divide="ignore"):
             used = self.space.acceleration * now.moment.dt / np.abs(previous)
@@ -275,7 +275,7 @@ class ReachDrive(Drive):
         return self._equation(now, share * wanted, aside)
 
     def _follow(self, now: Now) -> bool:
-        """Leads the way to where the target has gone; whether that is the same branch."""
+        """Moves the end of the path to where the target has gone; False if that is another branch."""
         found = self.finder.near(now.task, self.robot.configuration(self.path.goal))
         goal = self.space.nearest_turn(self.path.goal, found.q[None])[0]
         if found.solved != self._plan.reaches or np.abs(goal - self.path.goal).max() > SAME:
@@ -312,7 +312,7 @@ class ReachDrive(Drive):
         self._back_to_servo()
 
     def _pause(self) -> None:
-        """Puts off the next way: where the target moves they must not follow each other at once."""
+        """Delays the next path: if the target moves, paths must not follow each other at once."""
         if self.time - self._ended > 2 * LONGEST_BREAK:
             self._break = FIRST_BREAK
         self._begin_after = self.time + self._break if self._moves else self.time
@@ -320,7 +320,7 @@ class ReachDrive(Drive):
         self._ended = self.time
 
     def _has_to_be_held(self, now: Now) -> bool:
-        """Whether nothing is lost by holding joints: none is free for lower levels; or the servo would be singular."""
+        """Whether to hold joints, not to servo: none is free for lower levels, or the servo would be singular."""
         s = singular_values(now.servo.J)
         return len(now.servo.xdot) >= len(self.space.joints) or s[-1] < REGULAR * s[0]
 
@@ -360,7 +360,7 @@ class ReachDrive(Drive):
 
     # -------------------------------------------------------------------------------------------- equations
     def _towards(self, now: Now, point: Array) -> TaskEquation:
-        """To joint values nearby, and there to rest."""
+        """The equation that leads joints to values nearby, and holds them there."""
         aside = self._aside(now, point)
         back = self._feedback(now.moment.dt) * aside
         share = min(1.0, float(self.caps.share(self._jacobian(now.q) @ back)))
@@ -368,7 +368,7 @@ class ReachDrive(Drive):
         return self._equation(now, min(share, 1.0) * back, aside)
 
     def _aside(self, now: Now, point: Array) -> Array:
-        """From where the joints are to where they should be, (n,); zero for those that do not count."""
+        """Differences from the joints to their wanted values, (n,); zero for joints that do not move the frame."""
         aside = np.zeros(self.robot.n)
         joints = self.space.joints
         aside[joints] = self.robot.difference(now.q, self.robot.configuration(point))[joints]
@@ -389,13 +389,13 @@ class ReachDrive(Drive):
 
 
 def missing(equation: TaskEquation) -> tuple[float, float]:
-    """How far a frame is from where it should be, m, and rad."""
+    """Distance, m, and angle, rad, of a frame from its target."""
     lengths = np.zeros(len(equation.xdot), dtype=bool) if equation.lengths is None else equation.lengths
     return length(equation.error[lengths]), length(equation.error[~lengths])
 
 
 def in_words(error: tuple[float, float]) -> str:
-    """A distance and an angle that are missing."""
+    """A remaining distance and angle as text."""
     far, turned = error
     words = [f"{1000 * far:.3g} mm"] if far > 1e-7 else []
     if turned > 1e-7:

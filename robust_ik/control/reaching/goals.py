@@ -1,4 +1,4 @@
-"""Configurations that a plan may lead to: solutions of a pose, or the closest one."""
+"""Goals of a plan: configurations that solve a pose, or the closest one."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from robust_ik.control.tasks.task_arguments import task_rows
 from robust_ik.pose_ik import PoseResult, PoseSolver
 
 AS_GOOD = 1.002
-"""What misses its target by no more than this factor is as good as the closest."""
+"""Factor on the least distance from the target up to which a configuration is as good as the closest."""
 MANY = 32
-"""Solutions that are looked for."""
+"""Number of solutions that are looked for."""
 
 
 @dataclass(frozen=True, eq=False)
 class Goals:
-    """Where a plan may lead.
+    """Goals of a plan.
 
     Attributes:
         points: Joint values, (g, n).
-        error: How far they are from the target: m, and rad; zero where they are solutions.
+        error: Their distance from the target: m, and rad; zero for solutions.
     """
 
     points: Array
@@ -35,24 +35,24 @@ class Goals:
 
 
 class GoalFinder:
-    """Inverts the pose that a `FrameTask` wants, within the limits of a space."""
+    """Solves the pose that a `FrameTask` wants, within the limits of a space."""
 
     def __init__(self, space: Space) -> None:
         self.space = space
         self._made: tuple[Any, PoseSolver] | None = None
 
     def near(self, task: FrameTask, q: Array) -> PoseResult:
-        """The solution that a search from q finds, or the closest."""
+        """The solution found by a search from q, or the closest configuration."""
         solver, target = self._solver(task)
         return solver.solve(target, q)
 
     def closest(self, task: FrameTask, q: Array) -> PoseResult:
-        """The same, searched for as thoroughly as may be."""
+        """The same with thorough effort."""
         solver, target = self._solver(task)
         return solver.solve(target, q, effort="thorough")
 
     def all(self, task: FrameTask, x: Array) -> Goals:
-        """Many solutions, or the closest configuration; by full turns as near to x, (n,), as can be."""
+        """Many solutions, or the closest configuration, each turned by full turns as near to x, (n,), as possible."""
         solver, target = self._solver(task)
         q = self.space.robot.configuration(x)
         near = solver.solve(target, q)
@@ -67,11 +67,11 @@ class GoalFinder:
         return Goals(self.space.nearest_turn(x, points), closest.error)
 
     def missed(self, found: PoseResult) -> float:
-        """How far a result is from its target, m, and rad times a length; zero for solutions."""
+        """Distance of a result from its target, m, with rad times a length; zero for solutions."""
         return 0.0 if found.solved else math.hypot(found.error[0], self.space.robot.length_scale * found.error[1])
 
     def _solver(self, task: FrameTask) -> tuple[PoseSolver, Array]:
-        """What inverts the task's rows, and its target."""
+        """The solver for the task's rows, and its target."""
         space, in_world = self.space, task.reference == "world axes"
         rows = task_rows(space.robot, task.frame, task.rows, world_axes=in_world)
         if in_world or len(rows) == 6:

@@ -1,4 +1,4 @@
-"""A way through joint space, and how fast it may be gone."""
+"""A path through joint space, and how fast it can be followed."""
 
 from __future__ import annotations
 
@@ -16,27 +16,27 @@ from robust_ik.control.tasks.task_arguments import indices, task_rows
 from robust_ik.kinematics.svd import norms
 
 FINE, LEAST_SAMPLES, MOST_SAMPLES = 0.04, 6, 120
-"""rad or m of the joint that goes furthest between the samples of speed on a leg, and how many samples there are."""
+"""Spacing of speed samples on a leg, rad or m of the joint that goes furthest; least and most number of samples."""
 KEPT = 0.97
-"""Of a cap on the tool's speed, the share that is planned with: between samples it may be lower."""
+"""Fraction of a cap on the tool's speed that is used for planning: between samples the limit may be lower."""
 BRAKING = 0.8
-"""Of the acceleration limits, the share that is planned with."""
+"""Fraction of the acceleration limits that is used for planning."""
 LANDING = 2.0
-"""Steps in which an arm without acceleration limits would be at its goal: so it comes to rest in more than one."""
+"""Steps in which an arm without acceleration limits would reach its goal; so it comes to rest in more than one."""
 AT_ONCE = 1e6
-"""1/s; the speed of what has no way to go."""
+"""Speed of a leg of length zero, 1/s."""
 STILL = 1e-12
-"""rad or m: joints that go less far do not move."""
+"""Joints that go less far than this, rad or m, do not move."""
 
 
 @dataclass(frozen=True, eq=False)
 class Caps:
-    """How fast a tool may be moved.
+    """Caps on the speed of a tool.
 
     Attributes:
         linear: m/s, possibly infinite.
         angular: rad/s, possibly infinite.
-        rows: The rows that count, of a twist along `axes`.
+        rows: Indices of the rows that count, in a twist along `axes`.
         axes: Columns of (3, 3); None for the world's.
     """
 
@@ -47,14 +47,14 @@ class Caps:
 
     @classmethod
     def of(cls, task: FrameTask, space: Space) -> Caps:
-        """What a task allows on its own straight way."""
+        """The caps of a task's own servo."""
         in_world = task.reference == "world axes"
         rows = task_rows(space.robot, task.frame, task.rows, world_axes=in_world)
         axes = None if in_world else task.target[:3, :3]
         return cls(task.gain * task.max_linear, task.gain * task.max_angular, tuple(indices(rows)), axes)
 
     def share(self, twists: Array) -> Array:
-        """The share of twists, (..., 6) in world axes, that they leave, (...): possibly more than 1 or infinite."""
+        """The share of twists, (..., 6) in world axes, that the caps allow, (...): possibly more than 1 or infinite."""
         if self.axes is not None:
             twists = np.concatenate([twists[..., :3] @ self.axes, twists[..., 3:] @ self.axes], axis=-1)
         kept = np.zeros(6)
@@ -67,14 +67,14 @@ class Caps:
 
 @dataclass(frozen=True, eq=False)
 class Path:
-    """Straight legs through joint space, gone as fast as joints and caps allow.
+    """Straight legs through joint space, followed as fast as joints and caps allow.
 
     With acceleration limits every leg begins and ends at rest.
 
     Attributes:
-        space: Where it is.
+        space: The space of joint values.
         points: (k + 1, n), joint values.
-        caps: Of the tool.
+        caps: Caps on the tool's speed.
     """
 
     space: Space
@@ -83,20 +83,20 @@ class Path:
 
     @property
     def legs(self) -> int:
-        """How many there are."""
+        """Number of legs."""
         return len(self.points) - 1
 
     @property
     def goal(self) -> Array:
-        """Where it ends, (n,)."""
+        """The last point, (n,)."""
         return np.asarray(self.points[-1])
 
     def to(self, goal: Array) -> Path:
-        """The same with another end."""
+        """The same path with another end."""
         return Path(self.space, np.concatenate([self.points[:-1], goal[None]]), self.caps)
 
     def way(self, leg: int) -> Array:
-        """What a leg leads over, (n,)."""
+        """The difference between the ends of a leg, (n,)."""
         return np.asarray(self.points[leg + 1] - self.points[leg])
 
     def at(self, leg: int, s: float) -> Array:
@@ -105,25 +105,25 @@ class Path:
 
     @property
     def duration(self) -> float:
-        """Seconds that it takes at least."""
+        """The least time that it takes, s."""
         return sum(self._seconds(leg) for leg in range(self.legs))
 
     def _seconds(self, leg: int) -> float:
         s, speed = self.profiles[leg]
         hurry = self._hurry(leg)
-        if np.isfinite(hurry):  # from rest
+        if np.isfinite(hurry):  # starts from rest
             speed = np.minimum(speed, np.sqrt(2 * hurry * s))
         return float(np.sum(2 * np.diff(s) / np.maximum(speed[1:] + speed[:-1], 1e-9)))
 
     def _hurry(self, leg: int) -> float:
-        """The acceleration of s that joints allow, 1/s²."""
+        """The largest acceleration of s that joints allow, 1/s²."""
         way = np.abs(self.way(leg))
         moving = way > STILL
         return BRAKING * float(np.min(self.space.acceleration[moving] / way[moving], initial=np.inf))
 
     @cached_property
     def profiles(self) -> tuple[tuple[Array, Array], ...]:
-        """Of every leg samples of s and the speeds ṡ, 1/s, from which it can still be kept within all limits."""
+        """For each leg samples of s, with the largest speeds ṡ, 1/s, from which all limits can still be kept."""
         return tuple(self._profile(leg) for leg in range(self.legs))
 
     def _profile(self, leg: int) -> tuple[Array, Array]:
@@ -146,7 +146,7 @@ class Path:
         return s, speed
 
     def speed(self, leg: int, s: float, dt: float) -> float:
-        """ṡ for the next step, 1/s, bounds aside."""
+        """The speed ṡ for the next step, 1/s, without regard to bounds."""
         places, speeds = self.profiles[leg]
         room, hurry = 1.0 - s, self._hurry(leg)
         if not np.isfinite(hurry):
@@ -154,18 +154,18 @@ class Path:
             return min(float(np.interp(s, places, speeds)), room / (LANDING * dt if last else dt))
         planned = float(np.sqrt(np.interp(s, places, speeds**2)))
         braking = braking_speed(np.array([room]), np.array([hurry / BRAKING]), dt)
-        # The last interval of the samples falls to zero, which braking in steps says better.
+        # In the last interval the samples fall to zero; braking in steps is more exact there.
         return float(min(planned if s < places[-2] else speeds[-2], braking[0]))
 
 
 def fitting_speed(wanted: float, way: Array, aside: Array, bounds: Bounds) -> float:
-    """The ṡ nearest to a wanted one for which way · ṡ + aside is inside bounds; the wanted one where there is none.
+    """The ṡ nearest to the wanted one for which way · ṡ + aside is inside bounds; the wanted one if there is none.
 
     Args:
         wanted: 1/s, ≥ 0.
-        way: (n,), what s leads over.
-        aside: (n,), joint velocities that are wanted besides.
-        bounds: Of joint velocities.
+        way: Change of the joints for s from 0 to 1, (n,).
+        aside: Further joint velocities, (n,).
+        bounds: Bounds on joint velocities.
     """
     slopes = np.concatenate([way, -way, -(bounds.rows @ way)])
     room = np.concatenate([bounds.upper - aside, aside - bounds.lower, bounds.rows @ aside - bounds.floor])

@@ -1,4 +1,4 @@
-"""Ways through joint space past what forbids configurations; searched in small pieces, so that nobody waits long.
+"""Searches for paths through joint space past forbidden configurations, in small pieces so that each step stays short.
 
 Source: Kuffner & LaValle 2000 (RRT-Connect), with shortcuts; the same random numbers for every search.
 """
@@ -14,26 +14,29 @@ from robust_ik.checks import Array
 from robust_ik.control.reaching.space import LOOK, Space
 
 Pieces = Generator[None, None, Any]
-"""Yields after each look at a configuration, the costly part; then returns what was found."""
+"""A generator that yields after each check of a configuration, the costly part, and then returns the result."""
 
 KEEP = 0.003
-"""m that a way keeps from what is forbidden, besides."""
+"""Extra distance that a path keeps from what is forbidden, m."""
 LEAST_MOVE = 0.01
-"""m that points of the robot may move between two looks, however near something is."""
+"""Distance, m, that points of the robot may move between two checks even if something is near."""
 GROWTH = 0.4
-"""rad or m by which a tree grows at once."""
+"""Largest growth of a tree at once, rad or m."""
 NODES, SHORTCUTS = 1500, 80
-"""Of both trees; and tries to make a way shorter."""
+"""Most nodes of both trees; number of attempts to shorten a path."""
 AROUND = 1.6
-"""rad or m beyond start and goals where ways are looked for."""
+"""Distance beyond start and goals, rad or m, within which paths are looked for."""
 FULL = 1e-9
-"""m or rad: lacking room, or way, below this counts as none. Chosen: far above rounding, far below what matters."""
+"""Missing room, or remaining way, below this counts as zero, m or rad.
+
+Chosen: far above rounding, far below what matters.
+"""
 
 
 class PathSearch:
-    """A search from one start to any of some goals.
+    """A search from one start to any of several goals.
 
-    What is already nearer to being forbidden than a way should be, at the start or at a goal, may be as near as there.
+    A pair that is nearer to a collision at the start or at a goal than a path should be may be half as near there.
     """
 
     def __init__(self, space: Space, start: Array, goals: Array) -> None:
@@ -42,7 +45,7 @@ class PathSearch:
         self._rng = np.random.default_rng(0)
 
     def free_goals(self) -> Pieces:
-        """Which goals may be stood at, (g,) of bool."""
+        """Which goals are not forbidden, (g,) of bool."""
         free = []
         for goal in self.goals:
             spare = self.space.spare(goal)
@@ -54,9 +57,9 @@ class PathSearch:
         return np.array(free, dtype=bool)
 
     def is_free(self, a: Array, b: Array) -> Pieces:
-        """Whether the straight way from a to b, without its start, can be gone."""
+        """Whether the straight way from a to b, without its start, is free."""
         change = b - a
-        moved = float(np.abs(change) @ self.space.lever)  # m, at most
+        moved = float(np.abs(change) @ self.space.lever)  # largest motion of any point, m
         s = spare = 0.0
         while s < 1.0:
             s = min(1.0, s + max(LEAST_MOVE, spare) / max(moved, FULL))
@@ -71,7 +74,7 @@ class PathSearch:
         return min((far - self._floors.get(name, KEEP) for name, far in near.items()), default=LOOK)
 
     def connect(self, goals: Array) -> Pieces:
-        """Points of a way from the start to one of the goals, (k, n); None where none is found."""
+        """Points of a path from the start to one of the goals, (k, n); None if none is found."""
         trees = Tree(self.start[None]), Tree(goals)
         grown, other = trees
         low, high = self._box(goals)
@@ -96,7 +99,7 @@ class PathSearch:
         )
 
     def _grow(self, tree: Tree, towards: Array, *, once: bool) -> Pieces:
-        """The last node on the way of a tree towards a point, None where it cannot grow."""
+        """The last node on the way of a tree towards a point; None if it cannot grow."""
         index, grown = tree.nearest(towards), None
         while True:
             here = tree.points[index]
@@ -111,7 +114,7 @@ class PathSearch:
                 return grown
 
     def shortened(self, points: Array) -> Pieces:
-        """A shorter way, by straight ones between two places of it."""
+        """A shorter path, by straight ways between two of its points."""
         for _ in range(SHORTCUTS):
             if len(points) < 3:
                 break
@@ -127,7 +130,7 @@ class PathSearch:
         return (yield from self._pruned(points))
 
     def _pruned(self, points: Array) -> Pieces:
-        """Without the points that can be left out."""
+        """The path without points that can be left out."""
         kept, index = [points[0]], 0
         while index < len(points) - 1:
             for to in range(len(points) - 1, index, -1):
@@ -139,7 +142,7 @@ class PathSearch:
 
 
 class Tree:
-    """Points, each with the one that it was reached from; the first ones are roots."""
+    """A tree of points, each with the index of its parent; the first ones are roots."""
 
     def __init__(self, roots: Array) -> None:
         self.points = list(roots)
@@ -149,11 +152,11 @@ class Tree:
         return len(self.points)
 
     def nearest(self, x: Array) -> int:
-        """The nearest point's index."""
+        """The index of the nearest point."""
         return int(np.argmin(((np.array(self.points) - x) ** 2).sum(axis=1)))
 
     def add(self, x: Array, before: int) -> int:
-        """Its index."""
+        """Adds a point after its parent; returns its index."""
         self.points.append(x)
         self._from.append(before)
         return len(self.points) - 1
@@ -168,5 +171,5 @@ class Tree:
 
 
 def _halved(spare: dict[Any, float]) -> dict[Any, float]:
-    """How near may be come to what is nearer than `KEEP`: half as near, or, where it is too near, no nearer."""
+    """Floors for distances below `KEEP`: half of each, or the distance itself if it is already negative."""
     return {name: far / 2 if far > 0 else far for name, far in spare.items() if far < KEEP}

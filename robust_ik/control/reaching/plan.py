@@ -1,4 +1,4 @@
-"""From where a robot is to one of the configurations that reach a pose: the quickest way that is found."""
+"""Plans the quickest path found from a configuration to one of the configurations that reach a pose."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from robust_ik.control.reaching.space import Space
 from robust_ik.control.tasks.frame import FrameTask
 
 SHOULDER, WRIST = 0.25, 0.66
-"""Of the length of a chain, where its shoulder ends and its wrist begins."""
+"""Fractions of the length of a chain where its shoulder ends and its wrist begins."""
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """A way, and what is reached by it.
+    """A path, and the error at its end.
 
     Attributes:
-        path: The way; None where none was found.
-        error: How far the pose at its end is from the target, m and rad; zero where it is reached.
+        path: The path; None if none was found.
+        error: Distance of the pose at its end from the target, m and rad; zero if it is reached.
     """
 
     path: Path | None
@@ -37,7 +37,7 @@ class Plan:
 
 
 def plan(space: Space, finder: GoalFinder, task: FrameTask, x: Array) -> Generator[None, None, Plan]:
-    """Looks for a way from x, (n,), in pieces; then returns it."""
+    """Looks for a path from x, (n,), in pieces; then returns the plan."""
     goals, caps = finder.all(task, x), Caps.of(task, space)
     straight: list[tuple[float, int, Path]] = []
     for goal in goals.points:
@@ -52,7 +52,7 @@ def plan(space: Space, finder: GoalFinder, task: FrameTask, x: Array) -> Generat
 
 
 def _past_obstacles(space: Space, paths: list[Path], x: Array) -> Generator[None, None, Path | None]:
-    """The first straight way that is free; else one that a search finds."""
+    """The first straight way that is free; otherwise a path found by a search; None if there is none."""
     search = PathSearch(space, x, np.array([path.goal for path in paths]))
     free = yield from search.free_goals()
     open_paths = [path for path, is_free in zip(paths, free) if is_free]
@@ -69,7 +69,7 @@ def _past_obstacles(space: Space, paths: list[Path], x: Array) -> Generator[None
 
 
 def what_turns(path: Path) -> str:
-    """The part of the arm that a way turns most, and the joint."""
+    """The part of the arm that a path turns most, and its joint."""
     space = path.space
     joint = int(np.argmax(np.abs(np.diff(path.points, axis=0)).sum(axis=0)))
     name = space.robot.joint_names[joint]

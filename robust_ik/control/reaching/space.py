@@ -1,4 +1,4 @@
-"""Where a plan may go: the joints that move a frame, their limits, and what else forbids configurations."""
+"""The configurations that a plan may use: joints that move a frame, their limits, and other forbidden regions."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from robust_ik.control.limits import JointLimits, Limit
 from robust_ik.robot.robot import Robot
 
 UNHURRIED = 1.0
-"""rad/s or m/s: the speed of joints on the way round that have no speed limit, not even one that is not in force."""
+"""Speed on a path, rad/s or m/s, of joints that have no speed limit of any kind."""
 LOOK = 0.05
-"""m; what is further from being forbidden than this is not looked at."""
+"""Distance to what is forbidden, m, beyond which nothing is checked."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,15 +25,15 @@ class Space:
 
     Attributes:
         robot: The robot.
-        frame: The frame that is to be moved, None for the tip.
-        joints: The joints that move it, indices.
-        lower: (n,), rad or m; the robot's own, and those of the limits that are in force.
-        upper: The same.
+        frame: The moved frame, None for the tip.
+        joints: Indices of the joints that move it.
+        lower: Lower limits, (n,), rad or m: the robot's own, and those of the controller's limits.
+        upper: Upper limits, the same.
         speed: The largest joint speeds, (n,), finite.
         acceleration: (n,), possibly infinite.
-        gain: 1/s, of the way to a joint limit, the share that may be used up in a second.
-        watching: Limits that forbid configurations otherwise, such as collisions.
-        lever: m per rad: no point of the robot is moved by more for a turn of a joint; 1 for joints that slide.
+        gain: Largest rate at which the way to a joint limit is used up, 1/s.
+        watching: Limits that forbid further configurations, such as collisions.
+        lever: Largest motion of any point of the robot for a turn of each joint, m per rad; 1 for joints that slide.
     """
 
     robot: Robot
@@ -49,7 +49,7 @@ class Space:
 
     @classmethod
     def of(cls, robot: Robot, frame: str | None, limits: Sequence[Limit]) -> Self:
-        """What a controller with these limits allows."""
+        """The space that a controller with these limits allows."""
         ours = [limit for limit in limits if isinstance(limit, JointLimits)]
         chain = robot.chain(frame)
         own = np.where(np.isfinite(robot.velocity_limit), robot.velocity_limit, UNHURRIED)
@@ -69,7 +69,7 @@ class Space:
 
     @property
     def hurried(self) -> bool:
-        """Whether a joint that counts has an acceleration limit."""
+        """Whether one of the joints that move the frame has an acceleration limit."""
         return bool(np.isfinite(self.acceleration[self.joints]).any())
 
     def values(self, q: Array) -> Array:
@@ -77,13 +77,13 @@ class Space:
         return np.asarray(self.robot.joint_values(q))
 
     def nearest_turn(self, start: Array, goals: Array) -> Array:
-        """Joint values of goals, (g, nq) → (g, n), by full turns as near to a start, (n,), as limits allow."""
+        """Joint values of goals, (g, nq) → (g, n), turned by full turns as near to a start, (n,), as limits allow."""
         found = self.robot.joint_values(goals)
         turns = np.where(self.robot.sliding, 0.0, np.round((start - found) / (2 * np.pi)))
         moves = 2 * np.pi * np.stack([turns, turns - 1, turns + 1, 0 * turns])
         tried = found + moves
         inside = (tried >= self.lower) & (tried <= self.upper)
-        inside[-1] = True  # as it was found
+        inside[-1] = True  # unchanged
         chosen = np.argmin(np.where(inside, np.abs(tried - start), np.inf), axis=0)
         nearest = np.take_along_axis(tried, chosen[None], axis=0)[0]
         still = np.setdiff1d(np.arange(self.robot.n), self.joints)
@@ -91,7 +91,7 @@ class Space:
         return np.asarray(nearest)
 
     def spare(self, x: Array) -> dict[Any, float]:
-        """How far what is near is from being forbidden, m, by limit and name."""
+        """Distances to what is forbidden, of near things only, m, by limit and name."""
         q = self.robot.configuration(x)
         return {
             (number, name): far

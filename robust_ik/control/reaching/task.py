@@ -1,4 +1,4 @@
-"""Bring a frame to a pose, and get there: straight while that leads on, else round by another way."""
+"""A task that brings a frame to a pose: straight if possible, else round by another path."""
 
 from __future__ import annotations
 
@@ -13,21 +13,22 @@ from robust_ik.robot.robot import Robot
 
 @dataclass(frozen=True, eq=False)
 class Reach(FrameTask):
-    """Bring a frame to a target pose, whatever limits and branches stand in the straight way.
+    """Bring a frame to a target pose, also if limits or branches block the straight way.
 
-    It is a `FrameTask` while that leads on. Where the straight way ends, in joint limits, an obstacle, or a branch that
-    does not contain the target, a controller that is given it stops and looks for a way: through joint space to one of
-    the target's solutions, within the joint limits, the caps on the tool's speed and the collision limits of the
-    controller; then it goes it, and servoes again. A target out of reach is waited for at the closest pose.
+    It is a `FrameTask` as long as the servo makes progress. If the straight way ends, at joint limits, at an obstacle,
+    or in a branch that does not contain the target, the controller stops the arm and looks for a path through joint
+    space to one of the target's solutions, within the joint limits, the caps on the tool's speed and the collision
+    limits of the controller. It follows the path, and servoes again. For a target out of reach it waits at the closest
+    pose.
 
-    What was found out belongs to the controller, which begins anew with `VelocityController.reset`, and goes on where a
-    later step has another target in the same place of the stack. Without a controller it is a `FrameTask`.
+    Its memory is in the controller: it begins anew with `VelocityController.reset`, and continues if a later step has
+    another target at the same place of the stack. Without a controller it is a `FrameTask`.
 
-    While it goes round, joints that move its frame are not free for lower levels.
+    While it follows a path, the joints that move its frame are not free for lower levels.
 
     Attributes:
-        target: See `FrameTask`, as for all others. The tool is moved no faster than gain · max_linear and
-            gain · max_angular, on the way round too.
+        target: See `FrameTask`, as for all others. The tool moves no faster than gain · max_linear and
+            gain · max_angular, also on a path.
 
     Example:
         >>> import numpy as np
@@ -46,7 +47,7 @@ class Reach(FrameTask):
 
     @property
     def state(self) -> str:
-        """What it does, as of the last step that it was part of.
+        """What it is doing, at the last step that it was part of.
 
         "not begun", "servoing", "planning", "going round: elbow (joint3)", "arrived", "out of reach by 12 mm: waiting
         there", "out of reach: waiting" or "no way there is free: waiting".
@@ -64,5 +65,5 @@ class Reach(FrameTask):
             InputError: More joints move the frame than `Robot.solve_pose` can take.
         """
         if not robot.chain(self.frame).factor.any():
-            return None  # nothing moves it, by no way
+            return None  # no joint moves the frame
         return ReachDrive(robot, limits, self)

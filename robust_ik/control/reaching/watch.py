@@ -1,4 +1,4 @@
-"""Whether a servo leads on: how fast its error falls, and how well the configuration is known."""
+"""Watches whether a servo makes progress: how fast its error falls, and how noisy the configuration is."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ FORGET = 0.1
 
 
 class Noise:
-    """How far configurations are from where velocities lead, rad or m: what noise makes, where the robot is at rest."""
+    """Difference between configurations and their prediction from velocities, rad or m: for a robot at rest, noise."""
 
     def __init__(self, robot: Robot) -> None:
         self.robot, self.size = robot, 0.0
         self._last: Array | None = None
 
     def add(self, q: Array, previous: Array, dt: float) -> None:
-        """Takes the next configuration."""
+        """Adds the next configuration."""
         if self._last is not None:
             missed = float(np.abs(self.robot.difference(self._last, q) - dt * previous).max())
             share = min(1.0, dt / FORGET)
@@ -32,10 +32,10 @@ class Noise:
 
 
 class Servo:
-    """A servo: what it misses, in m and rad times a length, and how fast the robot does what it asks for."""
+    """Watch on a servo: its error, in m and rad times a length, and how fast the robot follows it."""
 
     def __init__(self, robot: Robot, longest_start: float) -> None:
-        """A watch that begins.
+        """Begins a watch.
 
         Args:
             robot: The robot.
@@ -45,12 +45,12 @@ class Servo:
         self.restart()
 
     def restart(self) -> None:
-        """Forgets what was seen."""
+        """Forgets all steps seen."""
         self.elapsed, self.gained, self.steps = 0.0, 0.0, 0
         self._last: tuple[Array, Array] | None = None
 
     def add(self, q: Array, equation: TaskEquation, dt: float) -> None:
-        """Takes the next step's equation."""
+        """Adds the next step's equation."""
         units = scaled(equation, self.robot)
         if self._last is not None:
             before, pull = self._last
@@ -68,11 +68,11 @@ class Servo:
 
     @property
     def rate(self) -> float:
-        """How fast the frame went where it was asked to, m/s."""
+        """Speed of the frame in the direction that was asked for, m/s."""
         return self.gained / self.elapsed
 
 
 def scaled(equation: TaskEquation, robot: Robot) -> Array:
-    """What rows of an equation are multiplied with to be in m, (m,)."""
+    """Factors that convert the rows of an equation to m, (m,)."""
     lengths = np.zeros(len(equation.xdot), dtype=bool) if equation.lengths is None else equation.lengths
     return np.where(lengths, 1.0, robot.length_scale)

@@ -1,8 +1,8 @@
-"""What every resolver is.
+"""The interface of resolvers.
 
-To add one: derive from `PriorityResolver` in `priority_resolver.py` and say what motion a level wants on top of what is
-settled, or derive from `InverseResolver` or `Resolver` and settle all levels at once; the other steps are in
-CONTRIBUTING.md.
+To add one: derive from `PriorityResolver` in `priority_resolver.py` and compute the motion that a level wants in
+addition to what is settled, or derive from `InverseResolver` or `Resolver` and resolve all levels at once; the other
+steps are in CONTRIBUTING.md.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from robust_ik.errors import InputError
 from robust_ik.inverses import JParse, RobustInverse
 
 MAX_MEMORIES = 16
-"""Levels that get an inverse with a memory of their own; further ones share the last."""
+"""Most levels with a memory of their own for their inverse; further levels share the last one."""
 
 
 class Resolver(abc.ABC):
-    """A way from levels of tasks and bounds to joint velocities.
+    """Computes joint velocities from levels of tasks and bounds.
 
     Attributes:
         source: Author, year and equation numbers.
@@ -37,18 +37,18 @@ class Resolver(abc.ABC):
 
     @abc.abstractmethod
     def resolve(self, problem: VelocityProblem) -> Resolution:
-        """Joint velocities that respect the bounds, the first level as far as it can, the next ones in what is left.
+        """Joint velocities within the bounds: the first level as far as possible, the next ones in the freedom left.
 
         Args:
             problem: Levels and bounds.
 
         Returns:
-            The joint velocities and what they could not give. Bounds that contradict each other are a status.
+            The joint velocities and how far they meet the levels. Bounds that contradict each other are a status.
         """
 
     @abc.abstractmethod
     def begin(self, dt: float) -> Self:
-        """What drives one run of control steps dt seconds apart: inverses with a memory begin anew."""
+        """A resolver for one run of control steps dt seconds apart: inverses with a memory begin anew."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class InverseResolver(Resolver):
     """A resolver whose levels each have a robust inverse.
 
     Attributes:
-        inverse: The robust inverse of every level, or a sequence of them, the last one serving all further levels.
+        inverse: The robust inverse of every level, or a sequence of them, the last one for all further levels.
     """
 
     inverse: RobustInverse | Sequence[RobustInverse] = field(default_factory=JParse)
@@ -67,7 +67,7 @@ class InverseResolver(Resolver):
 
     @property
     def inverses(self) -> tuple[RobustInverse, ...]:
-        """The inverses of the levels, the last one serving all further ones."""
+        """The inverses of the levels, the last one for all further ones."""
         return (self.inverse,) if isinstance(self.inverse, RobustInverse) else tuple(self.inverse)
 
     def inverse_of(self, level: int) -> RobustInverse:
@@ -76,7 +76,7 @@ class InverseResolver(Resolver):
 
     @property
     def needs_hessian(self) -> bool:
-        """Whether one of the inverses does."""
+        """Whether one of the inverses reads Hessians."""
         return any(inverse.needs_hessian for inverse in self.inverses)
 
     def begin(self, dt: float) -> Self:

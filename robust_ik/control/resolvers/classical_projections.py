@@ -1,4 +1,4 @@
-"""How secondary motions are often projected, to compare with. Not for use."""
+"""Common projections of secondary motions, for comparison. Not for use."""
 
 from __future__ import annotations
 
@@ -17,8 +17,9 @@ from robust_ik.control.resolvers.step_status import reductions, verdict
 class LeakingPriority(InverseResolver):
     """q̇ = J₁# ẋ₁ + (I − J₁# J₁) q̇₀ with J₁# itself in the projector, q̇₀ = J₂# ẋ₂, and so on down the levels.
 
-    Right for the pseudo-inverse only: a damped # gives back σφ(σ) of what it should take away, so that (1 − σφ(σ)) of
-    q̇₀ leaks into the task and holds it off its target, at any distance from singularities. Speed bounds cut each joint.
+    Right for the pseudo-inverse only: the projector with a damped # removes only σφ(σ) of q̇₀ along each direction, so
+    that (1 − σφ(σ)) of it leaks into the task and holds it off its target, at any distance from singularities. Speed
+    bounds cut each joint.
 
     Source: J-PARSE 2025, eq. (54) as its reference code has it for the damped inverses.
     """

@@ -1,4 +1,4 @@
-"""Task priority without algorithmic singularities, at the price of the lower levels' accuracy."""
+"""Task priority without algorithmic singularities, at the cost of the lower levels' accuracy."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ from robust_ik.control.resolvers.priority_resolver import PriorityResolver, Sett
 
 @dataclass(frozen=True)
 class DecoupledPriority(PriorityResolver):
-    """q̇ᵢ = q̇ᵢ₋₁ + Nᵢ₋₁ Jᵢ# ẋᵢ: each level inverts its own Jacobian, then the null space of those before cuts it.
+    """q̇ᵢ = q̇ᵢ₋₁ + Nᵢ₋₁ Jᵢ# ẋᵢ: each level inverts its own Jacobian; the result is then projected.
 
-    The first level makes up for what limits force on it, as in `TaskPriority`.
+    Nᵢ₋₁ projects onto the null space of the levels before. The first level compensates motions that limits force on it,
+    as in `TaskPriority`.
 
-    No algorithmic singularity can make it fast: ‖Nᵢ₋₁ Jᵢ# ẋᵢ‖ ≤ ‖Jᵢ# ẋᵢ‖. But a level's task is met only where
-    Jᵢ Nᵢ₋₁ Jᵢ# = I on what it wants and the levels before do not move it, as when rows of J are orthogonal.
+    No algorithmic singularity can make it fast: ‖Nᵢ₋₁ Jᵢ# ẋᵢ‖ ≤ ‖Jᵢ# ẋᵢ‖. But a level's task is met only if
+    Jᵢ Nᵢ₋₁ Jᵢ# = I on ẋᵢ and the levels before do not move it, for example if the rows of J are orthogonal.
 
     Source: Chiaverini 1997, singularity-robust task-priority redundancy resolution.
     """
@@ -26,7 +27,7 @@ class DecoupledPriority(PriorityResolver):
     source: ClassVar[str] = "Chiaverini 1997"
 
     def motion(self, settled: Settled) -> Array:
-        """J# ẋ; see `PriorityResolver.motion`, which drops what is outside the freedom."""
+        """J# ẋ; see `PriorityResolver.motion`, which drops the part outside the freedom."""
         equation = settled.equation
         own = Freedom.whole(len(settled.qdot))
         wanted = settled.missing if settled.index == 0 else equation.xdot  # limits may have moved joints already

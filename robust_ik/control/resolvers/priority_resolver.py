@@ -29,15 +29,15 @@ from robust_ik.kinematics.svd import length
 
 @dataclass(frozen=True, eq=False)
 class Settled:
-    """Where a level stands when its turn comes.
+    """The state of the resolution when a level's turn comes.
 
     Attributes:
-        problem: What is being solved.
+        problem: The problem.
         index: The level, from 0.
         inverse: Its inverse.
         qdot: Joint velocities settled by the start and the levels above, (n,).
-        freedom: What the levels above leave.
-        reduced: What each level's Jacobian can do in what is left to it, down to this level.
+        freedom: The freedom left by the levels above.
+        reduced: Each level's Jacobian in the freedom left to it, down to this level.
     """
 
     problem: VelocityProblem
@@ -54,21 +54,21 @@ class Settled:
 
     @property
     def missing(self) -> Array:
-        """ẋ − J q̇: what the level still has to do, (m,)."""
+        """ẋ − J q̇, the task velocity that the level still misses, (m,)."""
         return self.equation.xdot - self.equation.J @ self.qdot
 
 
 @dataclass(frozen=True)
 class PriorityResolver(InverseResolver):
-    """Levels one after another; each moves in what the ones before leave free, fitted into the bounds by a limiter.
+    """Levels one after another; each moves in the freedom left by those before, fitted into the bounds by a limiter.
 
     Attributes:
-        inverse: The robust inverse of every level, or a sequence of them, the last one serving all further levels.
+        inverse: The robust inverse of every level, or a sequence of them, the last one for all further levels.
         limiter: How a level's motion is fitted into the bounds.
         release: Task directions with σ ≤ release·σ₁ are left to lower levels; 0 for none. More than 0 lets lower levels
-            use a joint direction that a singularity frees, at the price of a jump and of moving the task by that much.
-        steady: Whether a level goes no further in a step than it can without overshooting, whatever its inverse, see
-            `steadying`. In fast motion and long steps directions are then given up earlier than the inverse would.
+            use a joint direction that a singularity frees, at the cost of a jump and of moving the task by that much.
+        steady: Whether a level goes no further in a step than it can without overshooting, for any inverse, see
+            `steadying`. In fast motion and long steps, directions are then given up earlier than by the inverse.
     """
 
     limiter: Limiter = field(default_factory=Sliding)
@@ -86,7 +86,7 @@ class PriorityResolver(InverseResolver):
         check_type("steady", self.steady, "bool")
 
     def begin(self, dt: float) -> Self:
-        """See `Resolver.begin`; limiters that stop a level as a whole let it go on slowly."""
+        """See `Resolver.begin`; limiters that stop a whole level then let it start again slowly."""
         begun = super().begin(dt)
         if not self.limiter.stops:
             return begun
@@ -100,7 +100,7 @@ class PriorityResolver(InverseResolver):
 
     @abc.abstractmethod
     def motion(self, settled: Settled) -> Array:
-        """What a level wants on top of what is settled, (n,); the part outside its freedom is dropped."""
+        """The motion that a level wants in addition to what is settled, (n,); its part outside the freedom is cut."""
 
     def resolve(self, problem: VelocityProblem) -> Resolution:
         """See `Resolver.resolve`."""

@@ -1,4 +1,4 @@
-"""What came of a step: what every level got, and the status."""
+"""The result of a step: what each level got, and the status."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from robust_ik.control.resolution import LevelResult, Resolution, Status
 from robust_ik.kinematics.svd import length
 
 ZERO = 1e-6
-"""Singular values below this fraction of the level's largest count into its corank."""
+"""Singular values below this fraction of the level's largest one count for its corank."""
 
 NEAR = 0.05
-"""A singularity is near where the smallest singular value is below this fraction of the largest."""
+"""A singularity is near if the smallest singular value is below this fraction of the largest."""
 
 NOTHING = 1e-9
-"""Task speeds below this are no wish, and none that is missed: m/s or rad/s."""
+"""Task speeds below this count as zero, m/s or rad/s."""
 
 MET = 1e-6
-"""A wish is met where the residual is below this fraction of it."""
+"""A wish is met if the residual is below this fraction of it."""
 
 STUCK = 0.01
-"""A level is stuck that gets less than this fraction of its wish."""
+"""A level is stuck if it gets less than this fraction of its wish."""
 
 
 def reductions(problem: VelocityProblem) -> tuple[Reduced, ...]:
-    """What each level's Jacobian can do in what the levels before leave."""
+    """Each level's Jacobian in the freedom left by the levels before."""
     freedom, found = Freedom.whole(len(problem.bounds.lower)), []
     for equation in problem.levels:
         found.append(freedom.reduce(equation.J))
@@ -41,10 +41,10 @@ def verdict(problem: VelocityProblem, qdot: Array, scales: Sequence[float], redu
     """The resolution for joint velocities.
 
     Args:
-        problem: What was solved.
+        problem: The problem.
         qdot: The joint velocities, (n,).
         scales: The share of its motion that limits allow each level.
-        reduced: What each level's Jacobian can do in what is left to it.
+        reduced: Each level's Jacobian in the freedom left to it.
     """
     levels = tuple(
         _level(equation.xdot - equation.J @ qdot, float(scale), each)
@@ -60,7 +60,7 @@ def verdict(problem: VelocityProblem, qdot: Array, scales: Sequence[float], redu
 
 
 def _level(residual: Array, scale: float, reduced: Reduced) -> LevelResult:
-    """What one level got."""
+    """The result of one level."""
     own, left = reduced.own, reduced.s
     conditioned = len(own) > 0 and own[-1] > NEAR * own[0]
     lost = len(left) > 0 and left[-1] <= NEAR * own[0]

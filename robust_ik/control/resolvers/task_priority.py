@@ -14,9 +14,9 @@ from robust_ik.control.resolvers.priority_resolver import PriorityResolver, Sett
 class TaskPriority(PriorityResolver):
     """q̇ᵢ = q̇ᵢ₋₁ + (Jᵢ Nᵢ₋₁)# (ẋᵢ − Jᵢ q̇ᵢ₋₁), each level in the null space Nᵢ₋₁ of those before.
 
-    The projectors are exact and undamped, whatever inverse # is: a lower level never moves a higher one. What the
-    levels before have done already counts. At an algorithmic singularity, where levels want the same joints, # keeps
-    the lower level calm.
+    The projectors are exact and undamped, whatever inverse # is: a lower level never moves a higher one. Motions of the
+    levels before are taken into account. At an algorithmic singularity, where levels want the same joints, # bounds the
+    speeds of the lower level.
 
     Source: Kim, Marani, Chung, Yuh, eq. (15), after Nakamura 1991 and Siciliano-Slotine 1991.
     """

@@ -1,4 +1,4 @@
-"""Task reconstruction: every level's measure of manipulability is kept above a bound by bending what it is asked."""
+"""Task reconstruction: keeps each level's measure of manipulability above a bound by changing its task velocity."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from robust_ik.kinematics.singular_value_gradients import manipulability_gradien
 from robust_ik.kinematics.svd import least_norm_solution, manipulability
 
 SMALL = 1e-12
-"""Gradients and measures below this are rounding beside 1: nothing is divided by them."""
+"""Gradients and measures below this are rounding beside 1, and are never divided by."""
 
 
 def smooth(share: float) -> float:
-    """x² (3 − 2x): from 0 to 1 with no slope at either end."""
+    """x² (3 − 2x): rises from 0 to 1 with slope 0 at both ends."""
     return share * share * (3 - 2 * share)
 
 
@@ -36,19 +36,20 @@ class TaskReconstruction(PriorityResolver):
     """Task priority whose levels stay clear of kinematic and algorithmic singularities.
 
     The measure of level i is mᵢ = √det(JᵢNᵢ₋₁ (JᵢNᵢ₋₁)ᵀ). Below m̄ᵢ, the component of the level's velocity that makes
-    mᵢ fall is taken away, all of it from m̄ᵢ/2 on; below m̄ᵢ/2 the level is led back up. So mᵢ ≥ m̄ᵢ/2 holds, up to the
-    length of a step, from wherever it held before. What levels above do to mᵢ counts (drift compensation), and lower
+    mᵢ fall is removed, completely below m̄ᵢ/2, where the level is also led back up. So once mᵢ ≥ m̄ᵢ/2 holds it remains
+    true, up to the length of a step. Changes of mᵢ by levels above are compensated (drift compensation), and lower
     levels may not make a higher level's measure fall either.
 
-    Where limits slow a level, the bound may give way; where a measure is zero exactly, its way up is unknown.
+    If limits slow a level, the bound may be violated; if a measure is exactly zero, the way up is unknown.
     Measures mix units and grow with the arm: `measure_bounds` finds bounds for a robot and a stack.
 
     Attributes:
-        bound: m̄ of every level, or one for each; the last serves all further levels; 0 for levels left alone.
-        recovery: κ > 0, speed of the way up in units of the task per s.
-        shape: From 0 at m̄ to 1 at m̄/2, by how far the way is gone, in [0, 1].
-        compensate: Whether what other levels do to a measure counts. The paper's form does not count it, and lets the
-            measure of a second task fall below its bound: to .102 where .15 is promised on `kim_two_tasks`.
+        bound: m̄ of every level, or one for each, the last one for all further levels; 0 for levels that are not
+            changed.
+        recovery: κ > 0, speed of the way back up, in units of the task per s.
+        shape: A function on [0, 1] with values 0 to 1: how much of the component is removed, from m̄ to m̄/2.
+        compensate: Whether changes of a measure by other levels are compensated. The paper's form does not, and lets
+            the measure of a second task fall below its bound: to 0.102 instead of 0.15 on `kim_two_tasks`.
         printed_sign: The sign of the recovery term as printed in eq. (22), which drives the measure down. Only to show
             the difference.
 
@@ -84,12 +85,12 @@ class TaskReconstruction(PriorityResolver):
 
     @property
     def bounds(self) -> tuple[float, ...]:
-        """m̄ of the levels, the last one serving all further ones."""
+        """m̄ of the levels, the last one for all further ones."""
         return (self.bound,) if isinstance(self.bound, (int, float)) else tuple(self.bound)
 
     @property
     def needs_hessian(self) -> bool:
-        """Yes: for the gradients of the measures."""
+        """Yes: gradients of the measures need them."""
         return True
 
     def motion(self, settled: Settled) -> Array:
@@ -106,7 +107,7 @@ class TaskReconstruction(PriorityResolver):
         return self._sparing(motion, guards, settled) if self.compensate else motion
 
     def _guard(self, problem: VelocityProblem, reduced: Sequence[Reduced], index: int) -> _Guard | None:
-        """What keeps a level's measure up, or None while it is far from its bound or cannot be told."""
+        """The guard of a level's measure; None if it is far above its bound or cannot be computed."""
         bound = self.bounds[min(index, len(self.bounds) - 1)]
         each = reduced[index]
         measure = each.measure
@@ -116,11 +117,11 @@ class TaskReconstruction(PriorityResolver):
         return None if slope is None else _Guard(measure, bound, slope)
 
     def _share(self, measure: float, bound: float) -> float:
-        """k(m, m̄): 0 from m̄ on, 1 from m̄/2 down."""
+        """k(m, m̄): 0 above m̄, 1 below m̄/2."""
         return float(self.shape(min(max((bound - measure) / (bound / 2), 0.0), 1.0)))
 
     def _reconstructed(self, wanted: Array, effect: Array, drift: float, guard: _Guard) -> Array:
-        """Eq. (21)-(22), corrected: `effect` is the gradient of the measure in task space, g (J N)#."""
+        """Eqs. (21)-(22), corrected: `effect` is the gradient of the measure in task space, g (J N)#."""
         size = float(np.linalg.norm(effect))
         if size <= SMALL:
             return wanted
@@ -132,7 +133,7 @@ class TaskReconstruction(PriorityResolver):
         return wanted + (rising - falling) * upwards
 
     def _sparing(self, motion: Array, guards: Sequence[_Guard | None], settled: Settled) -> Array:
-        """The motion without what makes measures of the levels above fall, the level's own measure unchanged."""
+        """The motion without the part that lowers measures of levels above; the level's own measure is unchanged."""
         rows, changes = [], []
         for guard in guards[:-1]:
             if guard is None:
@@ -170,7 +171,7 @@ class _Guard:
 def measure_gradient(levels: Sequence[TaskEquation], measure: float) -> Array | None:
     """∂mᵢ/∂q of the last of the levels, (n,), without differentiating projectors; None without Hessians.
 
-    The measure of the levels stacked is the product of their measures, so ∂mᵢ = (∂m_st,i − mᵢ ∂m_st,i₋₁)/m_st,i₋₁.
+    The measure m_st of stacked levels is the product of their measures, so ∂mᵢ = (∂m_st,i − mᵢ ∂m_st,i₋₁)/m_st,i₋₁.
 
     Args:
         levels: The level and those before it.

@@ -28,14 +28,15 @@ from robust_ik.kinematics.svd import length
 class WeightedPriority(InverseResolver):
     """Minimises Σᵢ wᵢ ‖Jᵢ q̇ − Jᵢ Jᵢ# ẋᵢ‖² within the bounds: levels trade off against each other.
 
-    Each level is filtered by its robust inverse # first, so that none asks for what a singularity takes away. Lower
-    levels do disturb higher ones, by about the ratio of their weights: take `TaskPriority` where they must not.
+    Each level is first filtered by its robust inverse #, so that none asks for motion that a singularity takes away.
+    Lower levels do disturb higher ones, by about the ratio of their weights: use `TaskPriority` if they must not.
 
     Attributes:
-        inverse: The robust inverse of every level, or a sequence of them, the last one serving all further levels.
-        weights: Weight of every level, > 0; the last two go on as a geometric row: (1, 1e-3) weighs the third 1e-6.
+        inverse: The robust inverse of every level, or a sequence of them, the last one for all further levels.
+        weights: Weight of each level, > 0; the last two continue as a geometric sequence: (1, 1e-3) gives the third
+            1e-6.
         backend: A solver that qpsolvers knows; "daqp" comes with this package.
-        steady: Whether a level asks for no more in a step than it can have without overshooting, see `steadying`.
+        steady: Whether a level goes no further in a step than it can without overshooting, see `steadying`.
     """
 
     source: ClassVar[str] = "Escande-Mansard-Wieber 2014, the weighted case, on filtered tasks"
@@ -78,9 +79,9 @@ class WeightedPriority(InverseResolver):
         )
 
     def _metric(self, problem: VelocityProblem) -> Array:
-        """What motions cost, (n, n), over the largest price: Σᵢ wᵢ Hᵢ, and what is no level's as much as its cheapest.
+        """Cost of motions, (n, n), largest entry 1: Σᵢ wᵢ Hᵢ for motions that move levels, plus the largest floor.
 
-        As `motion_cost` for each level, so that joints which limits stop do not make the others go forth and back.
+        As in `motion_cost` for each level, so that joints stopped by limits do not make the others go back and forth.
         """
         n = len(problem.bounds.lower)
         whole, metric, largest = Freedom.whole(n), np.zeros((n, n)), 0.0
@@ -95,7 +96,7 @@ class WeightedPriority(InverseResolver):
         return np.asarray(metric / np.abs(metric).max())
 
     def _weighted(self, problem: VelocityProblem) -> tuple[Array, Array]:
-        """All levels as one, each filtered, every row times the root of its level's weight."""
+        """All levels as one: filtered, with every row times the root of its level's weight."""
         whole = Freedom.whole(len(problem.bounds.lower))
         rows, wanted = [], []
         for level, equation in enumerate(problem.levels):
@@ -110,4 +111,4 @@ class WeightedPriority(InverseResolver):
 
 
 LEAST = 1e-12
-"""What the regularisation is measured by where nothing is asked."""
+"""Scale of the regularisation if nothing is asked."""

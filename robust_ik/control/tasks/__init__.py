@@ -1,4 +1,4 @@
-"""Tasks: each gives an equation J q̇ = ẋ for a robot at q. A stack of them is a list of levels, each a list of tasks."""
+"""Tasks: each gives an equation J q̇ = ẋ for a robot at q. A stack is a list of levels, each a list of tasks."""
 
 from robust_ik.control.tasks.base import Task
 from robust_ik.control.tasks.damping import DampingTask

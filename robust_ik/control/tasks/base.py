@@ -1,4 +1,4 @@
-"""What every task is, and how to write one's own."""
+"""The interface of tasks, and how to write your own."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Task(abc.ABC):
-    """Something wanted of a robot, as a linear equation J q̇ = ẋ in its joint velocities.
+    """A task: a linear equation J q̇ = ẋ in the joint velocities of a robot.
 
-    A task of one's own is a frozen dataclass with one method:
+    A task of your own is a frozen dataclass with one method:
 
     ```python
     @dataclass(frozen=True, eq=False)
@@ -36,12 +36,12 @@ class Task(abc.ABC):
             return TaskEquation(robot.jacobian(q, rows=("z",)), self.gain * error, error, H, self.weight)
     ```
 
-    Rows in metres may be named in `TaskEquation.lengths`, for robots that are much larger or smaller than one.
-    Its Jacobian is the derivative of what is controlled, J = −∂error/∂q for a constant target; a row that is zero asks
-    for nothing.
+    Rows in metres may be marked in `TaskEquation.lengths`, for robots that are much larger or smaller than a metre.
+    The Jacobian is the derivative of the controlled quantity, J = −∂error/∂q for a constant target; a zero row asks for
+    nothing.
 
     Attributes:
-        weight: Weight of its rows against those of other tasks of the same level, > 0.
+        weight: Weight of its rows against the rows of other tasks of the same level, > 0.
     """
 
     weight: float = field(default=1.0, kw_only=True)
@@ -50,16 +50,16 @@ class Task(abc.ABC):
         self._store(weight=checked_parameter("weight", self.weight, above=0))
 
     def _store(self, **values: Any) -> None:
-        """Puts checked values in the place of what was given, while the task is made."""
+        """Stores checked values in place of the given ones, while the task is made."""
         for name, value in values.items():
             object.__setattr__(self, name, value)
 
     def begin(self, robot: Robot, limits: Sequence[Limit]) -> Drive | None:  # noqa: ARG002
-        """What drives this task in one run of a controller; None, as of most tasks, where nothing is remembered.
+        """The drive of this task for one run of a controller; None if nothing is remembered, as for most tasks.
 
         Args:
             robot: The robot.
-            limits: What the controller respects.
+            limits: The controller's limits.
         """
         return None
 
@@ -70,7 +70,7 @@ class Task(abc.ABC):
         Args:
             robot: The robot.
             q: Configuration, (nq,).
-            hessian: Whether ∂J/∂q is wanted too; a task that has none leaves it None.
+            hessian: Whether to compute ∂J/∂q too; it stays None for a task that has none.
 
         Raises:
             FrameNotFoundError: The robot has no frame or joint of that name.
@@ -80,10 +80,10 @@ class Task(abc.ABC):
 
 @dataclass(frozen=True, eq=False)
 class Moment:
-    """What a controller knows at a step besides the configuration.
+    """What a controller knows at a step besides the configuration: bounds and previous velocities.
 
     Attributes:
-        bounds: What q̇ must respect.
+        bounds: Bounds on q̇.
         previous: The joint velocities of the step before, (n,).
         dt: Length of the step, s.
     """
@@ -94,20 +94,20 @@ class Moment:
 
 
 class Drive(abc.ABC):
-    """A task that remembers, in one run of a controller. Tasks that stand in its place later on go on with it."""
+    """The memory of a task in one run of a controller; later tasks at its place of the stack continue it."""
 
     @abc.abstractmethod
     def continues(self, task: Task) -> bool:
-        """Whether a task that stands in the place now is this one, with another target perhaps."""
+        """Whether a later task at this place is the same one, perhaps with another target."""
 
     @abc.abstractmethod
     def equation(self, task: Any, q: Array, moment: Moment, *, hessian: bool) -> TaskEquation:
-        """J q̇ = ẋ of the next step, in the place of `Task.equation`.
+        """J q̇ = ẋ for the next step, instead of `Task.equation`.
 
         Args:
-            task: The task as it is now.
+            task: The present task.
             q: Configuration, (nq,).
-            moment: What else is known.
+            moment: Bounds and previous velocities.
             hessian: As for `Task.equation`.
         """
 

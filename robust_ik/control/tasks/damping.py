@@ -1,4 +1,4 @@
-"""Hold joints still as far as other tasks let them."""
+"""Holds joints still as far as other tasks allow."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from robust_ik.robot.robot import Robot
 
 @dataclass(frozen=True, eq=False)
 class DampingTask(Task):
-    """Joints at rest: q̇ = 0, one row per joint, J of unit rows. In a level with others it damps, by its weight.
+    """Joints at rest: q̇ = 0, one row per joint, J of unit rows. In a level with other tasks it damps, by its weight.
 
-    It takes what is left: levels below it get nothing of these joints. The Hessian is zero.
+    It uses all freedom that is left in these joints: levels below it cannot move them. The Hessian is zero.
 
     Attributes:
-        joints: The joints it is about; default all.
+        joints: The joints; default all.
         weight: See `Task`.
     """
 
@@ -32,7 +32,7 @@ class DampingTask(Task):
         self._store(joints=checked_joints(self.joints))
 
     def equation(self, robot: Robot, q: ArrayLike, *, hessian: bool = False) -> TaskEquation:  # noqa: ARG002
-        """J q̇ = 0, whatever q; see `Task.equation`."""
+        """J q̇ = 0, for any q; see `Task.equation`."""
         kept = joint_indices(robot, self.joints)
         zero = np.zeros(len(kept))
         return joint_equation(robot, kept, zero, zero, hessian=hessian, weight=self.weight)

@@ -1,4 +1,4 @@
-"""Point an axis of a frame along a direction; the rotation about it is free."""
+"""Points an axis of a frame along a direction; the rotation about it is free."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from robust_ik.robot.robot import Robot
 class DirectionTask(Task):
     """Point an axis of a frame along a direction of the world: two rows, the rotation about the direction is free.
 
-    The error is the shortest rotation between the two, right up to π, where one of the many ways round is taken. The
-    rows are its parts along two axes perpendicular to `direction`, which do not move: the Hessian is exact.
+    The error is the shortest rotation between the two, right up to π, where one of the many axes is chosen. The rows
+    are its parts along two fixed axes perpendicular to `direction`, so that the Hessian is exact.
 
     Attributes:
         axis: In the frame's axes, (3,), of any length.
-        direction: Where it is to point, world axes, (3,), of any length.
+        direction: The wanted direction, world axes, (3,), of any length.
         gain: Proportional gain, 1/s.
         max_angular: Cap on the error before the gain, rad.
         frame: Link or joint; default the robot's tip.

@@ -1,4 +1,4 @@
-"""Follow a target that moves: from a path to a stack of tasks at every time."""
+"""Follows a moving target: a function from time to a stack of tasks."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from robust_ik.control.tasks.target_paths import Path
 from robust_ik.errors import InputError
 
 STEP = 1e-4
-"""Seconds of the differences that give the twist of a path. Chosen: rounding makes 1e-12 m/s of them."""
+"""Step in time, s, of the differences for the twist of a path. Chosen: rounding adds only 1e-12 m/s to them."""
 
 
 @dataclass(frozen=True, eq=False)
 class Follow:
-    """Keep a frame on a path: a function from time in seconds to a stack of tasks, lists of levels.
+    """Keep a frame on a path: a function from time in seconds to a stack of tasks.
 
     `Follow(path, feedforward=True, below=[[PostureTask(robot.rest)]])(t)` is
     `[[FrameTask(path(t), feedforward=twist of the path at t)], [PostureTask(robot.rest)]]`.
@@ -32,14 +32,14 @@ class Follow:
         gain: Proportional gain, 1/s.
         max_linear: Cap on the position error before the gain, m.
         max_angular: Cap on the rotation error before the gain, rad.
-        feedforward: Whether the twist of the path is added, so that the frame does not lag behind. Without it, it lags
-            by speed/gain.
+        feedforward: Whether the twist of the path is added, so that the frame does not lag. Without it, it lags by
+            speed/gain.
         frame: Link or joint; default the robot's tip.
-        below: Levels of tasks below it.
+        below: Lower levels of tasks.
         rows: See `FrameTask`.
         reference: See `FrameTask`.
         weight: See `Task`.
-        task: What keeps the frame there: `FrameTask`, or a kind of it, such as `Reach`.
+        task: The class of its task: `FrameTask`, or one derived from it, such as `Reach`.
     """
 
     path: Path
@@ -88,15 +88,15 @@ class Follow:
 
     @property
     def duration(self) -> float | None:
-        """Seconds that the path takes; None where it does not say."""
+        """Duration of the path, s; None if the path has none."""
         return _duration(self.path)
 
 
 def path_twist(path: Path, time: float) -> Array:
     """The twist of a path, (6,), linear in m/s then angular in rad/s, world axes, by central differences.
 
-    Where the target jumps, the difference on the other side of the jump is taken: a jump has no speed, and feedback
-    sees to it. A path is not asked before time 0 nor after its duration.
+    If the target jumps, a one-sided difference beside the jump is taken: a jump has no speed, and feedback corrects it.
+    A path is not evaluated before time 0 or after its duration.
 
     Args:
         path: From time in s to a pose.

@@ -1,4 +1,4 @@
-"""Bring a frame to a pose: proportional feedback on the pose error, capped, with feed-forward."""
+"""Brings a frame to a pose: proportional feedback on the pose error, capped, with feed-forward."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ AXES = ("world axes", "target")
 class FrameTask(Task):
     """Bring a frame to a target pose: ẋ = feedforward + gain · cap(error).
 
-    All of it but the rotation about the tool's z, for an arm of five joints or a tool that is round:
+    To leave the rotation about the tool's z free, for an arm of five joints or a round tool:
     `FrameTask(target, rows=("x", "y", "z", "wx", "wy"), reference="target")`.
 
     Attributes:
@@ -39,10 +39,10 @@ class FrameTask(Task):
         max_angular: Cap on the rotation error before the gain, rad.
         feedforward: Twist of the target, (6,), linear then angular, always in world axes.
         frame: Link or joint; default the robot's tip. Several tasks with several frames move several tips of a tree.
-        rows: What is controlled, of x y z wx wy wz; default the robot's task rows for its tip, all six for another
+        rows: Controlled rows, of x y z wx wy wz; default the robot's task rows for its tip, all six for another
             frame. With two of the three rotations the third is free, and the error is the shortest rotation without it.
-        reference: Whose axes the rows are along: "world axes", or "target" for the axes of the target frame, which are
-            constant, so that the Hessian is exact too.
+        reference: Axes of the rows: "world axes", or "target" for the axes of the target frame, which are constant, so
+            that the Hessian is exact too.
         weight: See `Task`.
     """
 

@@ -1,4 +1,4 @@
-"""Bring some joints to given values; the others are free."""
+"""Brings some joints to given values; the others are free."""
 
 from __future__ import annotations
 

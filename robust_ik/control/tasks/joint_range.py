@@ -1,4 +1,4 @@
-"""Keep joints out of the outer parts of their ranges, as a lower level: a redundant arm then meets limits later."""
+"""Keeps joints out of the outer parts of their ranges, as a lower level: a redundant arm then meets limits later."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ class JointRangeTask(Task):
     """Bring joints that are near an end of their range back: ẋ = cap(gain · (nearest value of the inner range − q)).
 
     One row per joint, J of unit rows. The inner range lies between lower + margin · range and upper − margin · range.
-    A joint inside it asks for nothing, and so do joints that have not two finite ends. As a level below a tool's task
-    it uses what freedom is left: a redundant arm then meets its limits later, and reaches more
-    (`docs/closed_loop.md`); an arm that is not redundant has no such freedom. The Hessian is zero.
+    A joint inside it asks for nothing, nor does a joint without two finite limits. As a level below a tool's task it
+    uses the freedom left: a redundant arm then meets its limits later, and reaches more (`docs/closed_loop.md`); an arm
+    that is not redundant has no such freedom. The Hessian is zero.
 
     Attributes:
-        margin: The share of a joint's range on either side that it is kept out of, in (0, 0.5).
+        margin: The outer fraction of a joint's range on either side, in (0, 0.5).
         gain: Proportional gain, 1/s.
         max_speed: Cap on the speed of every joint, rad/s or m/s.
-        joints: The joints it is about; default all.
+        joints: The joints; default all.
         weight: See `Task`.
 
     Source: Liégeois 1977, the gradient of a distance from joint limits projected into the null space; here it is zero

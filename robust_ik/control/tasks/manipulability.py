@@ -1,4 +1,4 @@
-"""Climb the manipulability."""
+"""Climbs the manipulability."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Keep away from singularities by climbing a measure of dexterity: one row along its gradient."""
+"""Climbs a measure of dexterity, away from singularities: one row along its gradient."""
 
 from __future__ import annotations
 
@@ -15,42 +15,42 @@ from robust_ik.inverses.task_equation import TaskEquation
 from robust_ik.robot.robot import Robot
 
 FADE = 0.1
-"""Just below the threshold, over this fraction of it, the weight of the row goes down to zero."""
+"""Fraction of the threshold, just below it, over which the weight of the row falls to zero."""
 
 FLAT = 1e-12
-"""A gradient shorter than this fraction of the largest entry of ∂J/∂q is rounding."""
+"""A gradient shorter than this fraction of the largest entry of ∂J/∂q is rounding error."""
 
 NUDGE = 1e-3
-"""How far beside a singularity where the gradient vanishes a way out is looked for, rad (or m)."""
+"""Distance from a singularity with zero gradient at which a way out is looked for, rad (or m)."""
 
 
 @dataclass(frozen=True, eq=False)
 class ClimbingTask(Task):
     """Climb a measure w(J) ≥ 0: one row, the unit vector g/‖g‖ of its gradient g = ∂w/∂q.
 
-    The joint speed that the row asks for is the least of
+    The joint speed asked for is the least of
       * gain · (threshold − w)/‖g‖, so that ẇ = gain · (threshold − w), if there is a threshold;
       * gain · ‖g‖/w, the steepest climb of ln w, which ends smoothly where w has a maximum;
       * max_speed.
 
-    Unit length makes the row weigh the same on every robot. At and above the threshold the row is zero: it asks for
+    With unit length the row has the same weight on every robot. At and above the threshold the row is zero: it asks for
     nothing and leaves lower levels free. Just below, its weight fades, so that within a level nothing jumps. Levels
-    *below* it gain or lose one direction of motion at the threshold: let it be the last level, share a level, or use a
-    limit where w must only not fall.
+    *below* it gain or lose one direction of motion at the threshold: make it the last level, let it share a level, or
+    use a limit if w must only not fall.
 
-    At a singularity w has a kink; the way out is one of two opposite ones, and either is right. Where singularities
-    cross, as those of a UR5's elbow and wrist do at zero, g vanishes too; then g at a place beside it leads out. Where
-    g vanishes at a maximum the row is zero.
+    At a singularity w has a kink, with two opposite ways out, and either is right. Where singularities cross, like
+    those of a UR5's elbow and wrist at zero, g vanishes too; then g at a point beside it leads out. If g vanishes at a
+    maximum, the row is zero.
 
-    There is no Hessian: it would take third derivatives of the kinematics.
+    There is no Hessian: it would need third derivatives of the kinematics.
 
     Attributes:
         gain: 1/s, and rad² (or m²) per second for the climb of ln w.
-        threshold: The w from which on nothing is asked, in its own units; default none, climb always.
+        threshold: The w above which nothing is asked, in the units of w; default none: climb always.
         max_speed: Cap on the length of the joint velocity that it asks for, rad/s (and m/s).
         frame: Link or joint; default the robot's tip.
-        rows: The rows whose dexterity is meant, of x y z wx wy wz; default the robot's task rows for its tip, all six
-            for another frame.
+        rows: The rows of the measure, of x y z wx wy wz; default the robot's task rows for its tip, all six for another
+            frame.
         weight: See `Task`.
     """
 
@@ -78,7 +78,7 @@ class ClimbingTask(Task):
         Args:
             J: (m, n).
             hessian: ∂J/∂q, (m, n, n).
-            rows: What the rows of J are, m names.
+            rows: Names of the rows of J, m.
 
         Returns:
             w ≥ 0 and ∂w/∂q, (n,).
@@ -98,7 +98,7 @@ class ClimbingTask(Task):
         return TaskEquation(gradient[None] / slope, self.gain * error, error, None, self.weight * fade)
 
     def _way(self, robot: Robot, q: ArrayLike, rows: tuple[str, ...]) -> tuple[float, Array]:
-        """The measure at q, and the gradient that leads up from there, zero where nothing is higher."""
+        """The measure at q, and the gradient that leads up from there; zero at a maximum."""
         value, gradient, flat = self._measured(robot, q, rows)
         if not flat:
             return value, gradient
@@ -107,7 +107,7 @@ class ClimbingTask(Task):
         return value, gradient if beside > 1e6 * value else np.zeros(robot.n)
 
     def _measured(self, robot: Robot, q: ArrayLike, rows: tuple[str, ...]) -> tuple[float, Array, bool]:
-        """The measure, its gradient, and whether that is nothing but rounding."""
+        """The measure, its gradient, and whether the gradient is only rounding error."""
         J, H = robot.jacobian(q, self.frame, rows=rows), robot.hessian(q, self.frame, rows=rows)
         value, gradient = self.measure(J, H, rows)
         return value, gradient, bool(np.abs(gradient).max() <= FLAT * np.abs(H).max())

@@ -1,4 +1,4 @@
-"""Turn a frame to an orientation; its position is free."""
+"""Turns a frame to an orientation; its position is free."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class OrientationTask(Task):
         frame: Link or joint; default the robot's tip.
         rows: Of wx wy wz; default those of the robot's task rows for its tip, all three for another frame. With two,
             the rotation about the third axis is free.
-        reference: Whose axes the rows are along: "world axes" or "target".
+        reference: Axes of the rows: "world axes" or "target".
         weight: See `Task`.
     """
 
@@ -78,7 +78,7 @@ def one_rotation(name: str, value: ArrayLike) -> Array:
     """A read-only copy of one rotation matrix, (3, 3).
 
     Raises:
-        InputError: It is none.
+        InputError: It is not one.
     """
     matrix = as_measures(value, name, (3, 3))
     if matrix.ndim != 2:

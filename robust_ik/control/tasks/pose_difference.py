@@ -1,4 +1,4 @@
-"""What leads from one pose, rotation or direction to another. Arrays only."""
+"""Differences between poses, rotations and directions. Arrays only."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from robust_ik.kinematics.twist_rows import ROWS
 
 
 def pose_error(T_world_tool: ArrayLike, T_world_target: ArrayLike) -> Array:
-    """The twist that leads from a pose to a target in unit time.
+    """The pose error: the difference of positions, and the rotation vector from a pose to its target.
 
     Args:
         T_world_tool: Current poses, (..., 4, 4).
@@ -35,9 +35,9 @@ def pose_error(T_world_tool: ArrayLike, T_world_target: ArrayLike) -> Array:
 def error_in_rows(current: Array, target: Array, rows: tuple[str, ...]) -> Array:
     """The pose error in some rows, (6,), zero in the others.
 
-    Where two of the three rotations are controlled, the third is free: the error is then the swing, the shortest
-    rotation that is left once the free one has been used. The rows of the rotation vector would be turned against it
-    by half the free angle, and would lead nowhere where that is π.
+    If two of the three rotations are controlled, the third is free: the error is then the swing, the shortest rotation
+    that remains after the free one. The rows of the rotation vector would be turned against it by half the free angle,
+    and would lead nowhere if that angle is π.
 
     Args:
         current: Pose, (4, 4).
@@ -62,7 +62,7 @@ def error_in_rows(current: Array, target: Array, rows: tuple[str, ...]) -> Array
 def swing(now: Array, wanted: Array) -> Array:
     """The shortest rotation that brings one unit vector to another, (3,), rad: perpendicular to both.
 
-    At π every perpendicular axis is right; one of them is taken.
+    At π every perpendicular axis is right; one of them is chosen.
     """
     axis = cross(now, wanted)
     sine = math.sqrt(axis @ axis)
@@ -73,7 +73,7 @@ def swing(now: Array, wanted: Array) -> Array:
 
 
 def perpendicular(direction: Array) -> Array:
-    """Two unit vectors as rows that form a right-handed frame with a third, a unit vector, (2, 3)."""
+    """Two unit vectors as rows that form a right-handed frame with the given unit vector, (2, 3)."""
     least = np.argmin(np.abs(direction))
     first = -direction[least] * direction
     first[least] += 1
@@ -87,7 +87,7 @@ def cross(a: Array, b: Array) -> Array:
 
 
 def rotation_vector(R: Array) -> Array:
-    """The logarithm of rotation matrices, (..., 3, 3) → (..., 3), by way of the quaternion of largest component."""
+    """The logarithm of rotation matrices, (..., 3, 3) → (..., 3), by the quaternion's largest component."""
     quaternion = _quaternion(R)
     sine = np.sqrt((quaternion[..., 1:] ** 2).sum(axis=-1, keepdims=True))
     angle = 2 * np.arctan2(sine, quaternion[..., :1])
@@ -97,7 +97,7 @@ def rotation_vector(R: Array) -> Array:
 
 
 def _quaternion(R: Array) -> Array:
-    """Unit quaternions (w, x, y, z) with w ≥ 0; the row with the largest pivot keeps every digit."""
+    """Unit quaternions (w, x, y, z) with w ≥ 0, from the row with the largest pivot, which keeps every digit."""
     flat = np.reshape(R, (-1, 3, 3))
     diagonal = np.diagonal(flat, axis1=1, axis2=2)
     # Row i is 4 q_i (w, x, y, z).
@@ -113,4 +113,4 @@ def _quaternion(R: Array) -> Array:
 
 
 _SIGNS = np.array([[1.0, 1.0, -1.0, -1.0], [1.0, -1.0, 1.0, -1.0], [1.0, -1.0, -1.0, 1.0]])
-"""Columns: the signs of xx, yy, zz in 4 w², 4 x², 4 y², 4 z², each less 1."""
+"""Columns: the signs of xx, yy, zz in 4 w² − 1, 4 x² − 1, 4 y² − 1, 4 z² − 1."""

@@ -1,4 +1,4 @@
-"""Proportional feedback on the pose of a frame: what the tasks with a pose, a position or a rotation have in common."""
+"""Proportional feedback on the pose of a frame, shared by tasks on a pose, a position or a rotation."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from robust_ik.robot.robot import Robot
 
 @dataclass(frozen=True, eq=False)
 class FrameMotion:
-    """Where a frame is and how it moves, linear rows before angular ones, all in the same axes.
+    """Pose, Jacobian and Hessian of a frame, linear rows before angular ones, all in the same axes.
 
     Attributes:
         pose: (4, 4).
@@ -31,7 +31,14 @@ class FrameMotion:
 
     @classmethod
     def of(cls, robot: Robot, q: ArrayLike, frame: str | None, hessian: bool) -> FrameMotion:
-        """In the world's axes; hessian: whether it is wanted."""
+        """The motion of a frame in world axes.
+
+        Args:
+            robot: The robot.
+            q: Configuration, (nq,).
+            frame: Link or joint; None for the tip.
+            hessian: Whether to compute the Hessian.
+        """
         one_configuration(q)
         H = robot.hessian(q, frame, rows=ROWS) if hessian else None
         return cls(robot.pose(q, frame), robot.jacobian(q, frame, rows=ROWS), H)
@@ -45,9 +52,9 @@ class Feedback:
         gain: 1/s.
         max_linear: Cap on the position error before the gain, m.
         max_angular: Cap on the rotation error before the gain, rad.
-        feedforward: Twist of the target, (6,), in the axes of the motion that is fed back.
+        feedforward: Twist of the target, (6,), in the axes of the motion.
         weight: See `Task`.
-        axes: Whose axes the rows are along, the columns of (3, 3); default those of the motion. They do not move.
+        axes: Fixed axes of the rows, the columns of (3, 3); default those of the motion.
     """
 
     gain: float
@@ -58,11 +65,11 @@ class Feedback:
     axes: Array | None = None
 
     def along(self, axes: Array) -> Feedback:
-        """The same with rows along other axes."""
+        """The same feedback with rows along other axes."""
         return replace(self, axes=axes)
 
     def equation(self, motion: FrameMotion, target: Array, rows: tuple[str, ...]) -> TaskEquation:
-        """The rows of J q̇ = ẋ that bring the motion's pose to a target; the caps look at these rows only."""
+        """The rows of J q̇ = ẋ that bring the pose of a motion to a target; the caps apply to these rows only."""
         pose, J, H, feedforward = motion.pose, motion.J, motion.hessian, self.feedforward
         if self.axes is not None:
             R = self.axes.T
@@ -86,12 +93,12 @@ def capped(vector: Array, longest: float) -> Array:
 
 
 def rotated(R: Array, twists: Array) -> Array:
-    """Linear and angular rows (6, ...), each turned by R, (3, 3)."""
+    """Linear and angular rows (6, ...), each rotated by R, (3, 3)."""
     return np.asarray((R @ twists.reshape(2, 3, -1)).reshape(twists.shape))
 
 
 def turned(R: Array, pose: Array) -> Array:
-    """A pose seen along other axes, (4, 4)."""
+    """A pose along other axes, (4, 4)."""
     result = pose.copy()
     result[:3] = R @ pose[:3]
     return result

@@ -1,4 +1,4 @@
-"""Bring a frame's point to a position; its rotation is free."""
+"""Brings a frame's point to a position; its rotation is free."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bring joints to a configuration, mostly as a lower level: what to do with redundancy."""
+"""Brings joints to a configuration, usually as a lower level that uses redundancy."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class PostureTask(Task):
         target: Configuration, (nq,), such as `robot.rest`.
         gain: Proportional gain, 1/s.
         max_speed: Cap on the speed of every joint, rad/s or m/s.
-        joints: The joints it is about; default all.
+        joints: The joints; default all.
         weight: See `Task`.
 
     Source: J-PARSE, eq. (54) and section VIII-B.

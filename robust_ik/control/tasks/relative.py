@@ -1,4 +1,4 @@
-"""Bring one frame to a pose as seen from another: two arms that work together."""
+"""Brings one frame to a pose relative to another, for two arms that work together."""
 
 from __future__ import annotations
 
@@ -24,21 +24,21 @@ AXES = ("root axes", "target")
 
 @dataclass(frozen=True, eq=False)
 class RelativeTask(Task):
-    """Bring a frame to a pose as seen from another, `root`, whichever of the two moves.
+    """Bring a frame to a pose relative to another frame, `root`; both may move.
 
-    T = T_root⁻¹ T_frame. Rows are along the axes of `root`, with which they turn: a motion of both arms together
+    T = T_root⁻¹ T_frame. Rows are along the axes of `root` and turn with it, so that a motion of both arms together
     changes nothing.
 
     Attributes:
         frame: Link or joint.
-        root: Link or joint from which it is seen.
+        root: Link or joint.
         target: Wanted pose of `frame` in `root`, (4, 4).
         gain: Proportional gain, 1/s.
         max_linear: Cap on the position error before the gain, m.
         max_angular: Cap on the rotation error before the gain, rad.
         feedforward: Twist of the target in `root`, (6,), linear then angular, always in the axes of `root`.
-        rows: What is controlled, of x y z wx wy wz; default all six. With two rotations the third is free.
-        reference: Whose axes the rows are along: "root axes" or "target".
+        rows: Controlled rows, of x y z wx wy wz; default all six. With two rotations the third is free.
+        reference: Axes of the rows: "root axes" or "target".
         weight: See `Task`.
     """
 
@@ -78,7 +78,7 @@ class RelativeTask(Task):
 
 
 def relative_motion(frame: FrameMotion, root: FrameMotion) -> FrameMotion:
-    """The motion of a frame as seen from another, in the axes of that other.
+    """The motion of a frame relative to another, in the axes of the other.
 
     With r = p − p_root: v = Rᵀ(ṗ − ṗ_root + r × ω_root), ω = Rᵀ(ω − ω_root), R the rotation of root.
     """

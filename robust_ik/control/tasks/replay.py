@@ -1,4 +1,4 @@
-"""Twists that were recorded, played back: from samples to a stack of tasks at every time."""
+"""Plays back recorded twists: a function from time to a stack of tasks."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from robust_ik.errors import InputError
 class Replay:
     """Commands as an operator gave them: a function from time in seconds to a stack, a `TwistTask` above `below`.
 
-    Between samples the twist goes over in a straight line; before the first and after the last it is zero. There is no
-    target: what a robot did not follow, nothing makes up for.
+    Between samples the twist is interpolated linearly; before the first and after the last it is zero. There is no
+    target, so that errors in following it are not corrected.
 
     Attributes:
-        times: When, (k,), s, increasing.
-        twists: What was commanded then, (k, 6), linear in m/s then angular in rad/s.
+        times: Times of the samples, (k,), s, increasing.
+        twists: Twists commanded then, (k, 6), linear in m/s then angular in rad/s.
         frame: Link or joint; default the robot's tip.
         reference: See `TwistTask`.
-        below: Levels of tasks below it.
+        below: Lower levels of tasks.
     """
 
     times: Array
@@ -54,12 +54,12 @@ class Replay:
         return [[task], *map(list, checked_levels("below", self.below))]
 
     def twist(self, time: float) -> Array:
-        """What is commanded at `time`, (6,)."""
+        """The twist commanded at `time`, (6,)."""
         return np.array(
             [np.interp(checked_time(time), self.times, column, left=0.0, right=0.0) for column in self.twists.T]
         )
 
     @property
     def duration(self) -> float:
-        """Seconds to the last sample."""
+        """Time of the last sample, s."""
         return float(self.times[-1])

@@ -1,4 +1,4 @@
-"""Climb one singular value, by default the smallest."""
+"""Climbs one singular value, by default the smallest."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.robot.robot import Robot
 
 CLUSTER = 1e-3
-"""Singular values nearer to each other than this fraction of the largest are climbed together."""
+"""Singular values closer to each other than this fraction of the largest are climbed together."""
 
 
 @dataclass(frozen=True, eq=False)
 class SingularValueTask(ClimbingTask):
     """Climb a singular value σ_i of the task Jacobian; arguments and behaviour as for `ClimbingTask`.
 
-    Where singular values coincide the gradient of each is arbitrary. Those within CLUSTER σ₁ of σ_i therefore count
-    too, the less the further away: where they coincide it is the gradient of their mean, which is not arbitrary, and
-    nothing jumps where they cross. Where several are zero the steepest of them is taken, which depends on the
+    If singular values coincide, the gradient of each is arbitrary. So those within CLUSTER σ₁ of σ_i count too, with
+    less weight the further away they are: if they coincide it is the gradient of their mean, which is not arbitrary,
+    and nothing jumps where they cross. If several are zero, the steepest gradient is taken, which depends on the
     arbitrary basis: any way out is right.
 
     Attributes:
-        index: Which one, of descending order; default the last, the smallest.
+        index: Index in descending order; default the last, the smallest.
         length_scale: m per rad, multiplies the angular rows, so that metres and radians can be compared; default the
             robot's.
 

@@ -1,4 +1,4 @@
-"""Stacks: tasks in order of importance."""
+"""Stacks of tasks, in order of importance."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ def checked_levels(name: str, levels: object) -> Levels:
     """Levels of tasks as tuples, possibly none.
 
     Args:
-        name: What to call them in the message.
+        name: Their name for the message.
         levels: What was given; a list of tasks alone is one level.
 
     Raises:
-        InputError: They are no list of lists of tasks; the message says what is not.
+        InputError: They are no list of lists of tasks; the message says which entry is wrong.
     """
     if isinstance(levels, (list, tuple)) and levels and all(isinstance(each, Task) for each in levels):
         return (tuple(levels),)
@@ -41,7 +41,7 @@ def checked_levels(name: str, levels: object) -> Levels:
 
 
 def checked_stack(stack: Stack | Task) -> Levels:
-    """At least one level; one task stands for a stack of its own.
+    """The levels of a stack, at least one; a single task is a stack of its own.
 
     Raises:
         InputError: As for `checked_levels`, or there is no level.

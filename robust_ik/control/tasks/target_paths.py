@@ -1,4 +1,4 @@
-"""Targets that move: each path is a function from time in seconds to a pose."""
+"""Moving targets: each path is a function from time in seconds to a pose."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ if TYPE_CHECKING:
 Path = Callable[[float], Array]
 
 RIGHT_ANGLE = 1e-9
-"""How far an angle may be from a right one, rad."""
+"""Largest deviation from a right angle, rad."""
 LATEST = 1e12
-"""Seconds within which a time is taken without a further look."""
+"""Times within this range, s, are accepted without further checks."""
 
 
 def checked_time(time: object) -> float:
-    """A time in seconds, for what is asked in every control step.
+    """A time in seconds, checked quickly enough for every control step.
 
     Raises:
-        InputError: It is no finite number.
+        InputError: It is not a finite number.
     """
     return time if type(time) is float and -LATEST < time < LATEST else checked_parameter("time", time)
 
@@ -43,11 +43,11 @@ def _one_point(value: ArrayLike, name: str) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Keypoints:
-    """Poses held one after another, the target jumping from each to the next.
+    """Poses held one after another; the target jumps from each to the next.
 
     Attributes:
         poses: (k, 4, 4).
-        seconds: How long each is held.
+        seconds: Time for which each is held, s.
     """
 
     poses: Array
@@ -61,28 +61,28 @@ class Keypoints:
         checked_parameter("seconds", self.seconds, above=0)
 
     def __call__(self, time: float) -> Array:
-        """The pose wanted at `time`; the last one from then on."""
+        """The pose wanted at `time`; after the end, the last one."""
         time = checked_time(time)
-        # A sample that rounding puts just before the switch belongs to the next keypoint.
+        # A sample that rounding puts just before the jump belongs to the next pose.
         index = math.floor(min(max(time / self.seconds + 1e-9, 0.0), len(self.poses) - 1.0))
         return np.asarray(self.poses[index])
 
     @property
     def duration(self) -> float:
-        """Seconds for all of them."""
+        """Duration of all of them, s."""
         return len(self.poses) * self.seconds
 
 
 @dataclass(frozen=True, eq=False)
 class OutAndBack:
-    """A straight line to a point and back, orientation held, smooth in speed, with a stop at the far end and after.
+    """A straight line to a point and back, with constant orientation and smooth speed, and a pause at either end.
 
     Attributes:
-        start: Pose to leave from and to return to, (4, 4).
+        start: Pose at the start, (4, 4).
         goal: Far end, (3,), m.
-        travel: Seconds for one way.
-        pause: Seconds at the far end.
-        settle: Seconds at the start again.
+        travel: Time for one way, s.
+        pause: Pause at the far end, s.
+        settle: Pause at the start after the return, s.
     """
 
     start: Array
@@ -110,17 +110,17 @@ class OutAndBack:
 
     @property
     def duration(self) -> float:
-        """Seconds for all of it."""
+        """Duration, s."""
         return 2 * self.travel + self.pause + self.settle
 
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """A straight line at constant speed, orientation held; it stops at its end.
+    """A straight line at constant speed, with constant orientation; it stops at its end.
 
     Attributes:
-        start: Pose to leave from, (4, 4).
-        goal: Where it ends, (3,), m.
+        start: Pose at the start, (4, 4).
+        goal: Its end, (3,), m.
         speed: m/s.
     """
 
@@ -144,20 +144,20 @@ class Line:
 
     @property
     def duration(self) -> float:
-        """Seconds for all of it."""
+        """Duration, s."""
         return float(np.linalg.norm(self.goal - self.start[:3, 3])) / self.speed
 
 
 @dataclass(frozen=True, eq=False)
 class Circle:
-    """A circle, or an arc of one, at constant speed, orientation held.
+    """A circle, or an arc of one, at constant speed, with constant orientation.
 
     Attributes:
-        start: Pose to leave from, and to return to, (4, 4).
+        start: Pose at the start, (4, 4).
         centre: (3,), m.
-        normal: Axis of the turn, (3,), at right angles to the radius; the turn is positive about it.
-        period: Seconds for one turn.
-        turns: How many turns, or which part of one.
+        normal: Axis of the turn, (3,), perpendicular to the radius; the turn is positive about it.
+        period: Time for one turn, s.
+        turns: Number of turns; a fraction for an arc.
     """
 
     start: Array
@@ -191,19 +191,19 @@ class Circle:
 
     @property
     def duration(self) -> float:
-        """Seconds for all turns."""
+        """Duration of all turns, s."""
         return self.turns * self.period
 
 
 @dataclass(frozen=True, eq=False)
 class Sinusoid:
-    """A swing about a pose along a line, orientation held: centre + amplitude · sin(2π t/period).
+    """A swing about a pose along a line, with constant orientation: centre + amplitude · sin(2π t/period).
 
     Attributes:
         centre: The pose in the middle, where it begins, (4, 4).
-        amplitude: The farthest point as seen from the centre, (3,), m, world axes.
-        period: Seconds for one swing.
-        swings: How many.
+        amplitude: Vector from the centre to the farthest point, (3,), m, world axes.
+        period: Time for one swing, s.
+        swings: Number of swings.
     """
 
     centre: Array
@@ -226,13 +226,13 @@ class Sinusoid:
 
     @property
     def duration(self) -> float:
-        """Seconds for all swings."""
+        """Duration of all swings, s."""
         return self.swings * self.period
 
 
 @dataclass(frozen=True, eq=False)
 class Turning:
-    """Another path's positions, with an orientation that turns at constant speed from one to another, the short way.
+    """The positions of another path, with an orientation that turns the short way to `goal` at constant speed.
 
     Attributes:
         path: A path with a duration.
@@ -244,7 +244,7 @@ class Turning:
     _between: Slerp = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        from scipy.spatial.transform import Rotation, Slerp  # takes a while: only where it is needed
+        from scipy.spatial.transform import Rotation, Slerp  # slow to import: only if it is needed
 
         if not (hasattr(self.path, "start") and hasattr(self.path, "duration") and callable(self.path)):
             raise InputError(f"path must be a path with a start and a duration, such as a Line, got {self.path!r}")
@@ -263,7 +263,7 @@ class Turning:
 
     @property
     def duration(self) -> float:
-        """Seconds of the path."""
+        """Duration of the path, s."""
         return self.path.duration
 
 

@@ -1,4 +1,4 @@
-"""What a task's arguments name: frames, rows, joints."""
+"""Checks arguments of tasks: frames, rows, joints."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def one_vector(name: str, value: ArrayLike, length: int | None) -> Array:
     """A read-only copy of one finite vector.
 
     Raises:
-        InputError: It is none, or has another length.
+        InputError: It is not a finite vector, or has another length.
     """
     vector = as_measures(value, name, (length,))
     if vector.ndim != 1 or vector.size == 0:
@@ -27,7 +27,7 @@ def one_vector(name: str, value: ArrayLike, length: int | None) -> Array:
 
 
 def one_configuration(q: ArrayLike) -> ArrayLike:
-    """One configuration, as it is; the robot checks the rest.
+    """One configuration, unchanged; the robot checks the rest.
 
     Raises:
         InputError: There are several, or none.
@@ -38,10 +38,10 @@ def one_configuration(q: ArrayLike) -> ArrayLike:
 
 
 def checked_choice(name: str, value: object, choices: Sequence[str]) -> str:
-    """One of some words.
+    """The value, which must be one of the choices.
 
     Raises:
-        InputError: It is another one.
+        InputError: It is none of them.
     """
     if not isinstance(value, str) or value not in choices:
         raise InputError(f"{name} must be {' or '.join(map(repr, choices))}, got {reprlib.repr(value)}")
@@ -49,13 +49,13 @@ def checked_choice(name: str, value: object, choices: Sequence[str]) -> str:
 
 
 def checked_frame(name: str, value: str | None, *, needed: bool = False) -> None:
-    """Refuses what can be no frame's name; whether a robot has the frame is known where the equation is made."""
+    """Raises if this cannot be a frame's name; whether a robot has the frame is checked with the equation."""
     if not (isinstance(value, str) or (value is None and not needed)):
         raise InputError(f"{name} must be the name of a link or joint, got {reprlib.repr(value)}")
 
 
 def checked_selection(rows: Sequence[str] | None, among: tuple[str, ...] = ROWS) -> tuple[str, ...] | None:
-    """The rows that a task names, in their order; None where it leaves them to the robot."""
+    """The rows that a task names, in order; None if it leaves them to the robot."""
     if rows is None:
         return None
     names = checked_rows(rows)
@@ -72,17 +72,17 @@ def task_rows(
     among: tuple[str, ...] = ROWS,
     world_axes: bool = True,
 ) -> tuple[str, ...]:
-    """The rows that a task has: those it names, else for the robot's tip those of the robot, else all.
+    """The rows of a task: those it names, else for the robot's tip the rows of the robot, else all.
 
     Args:
         robot: The robot.
         frame: The task's frame, None for the tip.
         rows: The rows it names, if any.
         among: The rows that a task of its kind can have.
-        world_axes: Whether its rows are along the world's axes, as those of the robot are.
+        world_axes: Whether its rows are along the world's axes, like those of the robot.
 
     Raises:
-        InputError: The rows of the robot do not say which ones are meant.
+        InputError: The rows of the robot do not determine those of the task.
     """
     if rows is not None:
         return rows
@@ -98,7 +98,7 @@ def task_rows(
 
 
 def indices(rows: tuple[str, ...]) -> list[int]:
-    """Where rows stand in a twist."""
+    """Indices of rows in a twist."""
     return [ROWS.index(row) for row in rows]
 
 
@@ -106,7 +106,7 @@ def checked_joints(joints: str | Sequence[str] | None) -> tuple[str, ...] | None
     """Joint names, each at most once; None for all joints.
 
     Raises:
-        InputError: They can be no names.
+        InputError: They are not valid names.
     """
     if joints is None:
         return None
@@ -117,10 +117,10 @@ def checked_joints(joints: str | Sequence[str] | None) -> tuple[str, ...] | None
 
 
 def joint_indices(robot: Robot, joints: tuple[str, ...] | None) -> NDArray[np.intp]:
-    """Where joints stand in q̇.
+    """Indices of joints in q̇.
 
     Raises:
-        FrameNotFoundError: The robot has no such joint that moves on its own.
+        FrameNotFoundError: The robot has no such independent joint.
     """
     if joints is None:
         return np.arange(robot.n)
@@ -134,5 +134,5 @@ def joint_indices(robot: Robot, joints: tuple[str, ...] | None) -> NDArray[np.in
 
 
 def lengths(rows: tuple[str, ...]) -> NDArray[np.bool_]:
-    """Which of some rows are in metres, (m,)."""
+    """Which of the rows are in metres, (m,)."""
     return np.array([row in ROWS[:3] for row in rows])

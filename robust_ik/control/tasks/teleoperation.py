@@ -1,4 +1,4 @@
-"""Commands that somebody sends while the robot moves, and that end by themselves when nobody does."""
+"""Twist commands sent while the robot moves, which stop by themselves if no new one arrives."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from robust_ik.control.tasks.twist import TwistTask
 
 
 class TwistCommand:
-    """The last twist that was sent, for as long as it is fresh: a watchdog between a joystick and a robot.
+    """The last twist that was sent, as long as it is recent: a watchdog between a joystick and a robot.
 
-    Up to `timeout` after it was sent a twist counts in full; over the next `ramp` seconds it goes down to zero in a
-    straight line; then, and before anything is sent, it is zero. One thread may send while another takes tasks.
+    For `timeout` seconds after it was sent a twist counts in full; over the next `ramp` seconds it falls linearly to
+    zero. After that, and before anything is sent, it is zero. One thread may send while another takes tasks.
 
-    Times are seconds of one clock that does not jump; default `time.monotonic`. A twist whose time lies in the future
-    by more than `timeout`, as where two clocks are mixed, does not count either.
+    Times are seconds of one clock that does not jump; default `time.monotonic`. A twist whose time is in the future by
+    more than `timeout`, as with two different clocks, does not count either.
     """
 
     def __init__(
@@ -38,11 +38,11 @@ class TwistCommand:
         rows: tuple[str, ...] | None = None,
         weight: float = 1.0,
     ) -> None:
-        """A command that stands still.
+        """A command of zero.
 
         Args:
-            timeout: Seconds for which a twist counts in full.
-            ramp: Seconds over which it then goes down to zero; 0 for at once.
+            timeout: Time for which a twist counts in full, s.
+            ramp: Time in which it then falls to zero, s; 0 for at once.
             max_linear: Cap on the length of the linear part, m/s.
             max_angular: Cap on the length of the angular part, rad/s.
             frame: See `TwistTask`.
@@ -59,14 +59,14 @@ class TwistCommand:
         self._sent: tuple[Array, float] | None = None
 
     def send(self, twist: ArrayLike, now: float | None = None) -> None:
-        """Takes a new twist in the place of the last one.
+        """Replaces the last twist by a new one.
 
         Args:
             twist: (6,), linear in m/s then angular in rad/s; longer parts are cut to the caps.
-            now: s.
+            now: The present time, s.
 
         Raises:
-            InputError: It is no twist, or holds NaN; the last one stays, for as long as it is fresh.
+            InputError: It is no twist, or holds NaN; the last one then remains, as long as it is recent.
         """
         checked = one_vector("twist", twist, 6)
         limited = np.concatenate([capped(checked[:3], self.max_linear), capped(checked[3:], self.max_angular)])
@@ -75,7 +75,7 @@ class TwistCommand:
             self._sent = sent
 
     def twist(self, now: float | None = None) -> Array:
-        """The twist that counts at `now`, (6,)."""
+        """The twist that is in force at `now`, (6,)."""
         moment = _clock(now)
         with self._lock:
             sent = self._sent
@@ -87,7 +87,7 @@ class TwistCommand:
         return sent[0] * (1 - late / self.ramp) if late < self.ramp else np.zeros(6)
 
     def task(self, now: float | None = None) -> TwistTask:
-        """The task of that twist."""
+        """The task for that twist."""
         task = self._task
         return TwistTask(self.twist(now), task.frame, task.reference, rows=task.rows, weight=task.weight)
 

@@ -1,4 +1,4 @@
-"""Move a frame with a given velocity, without a target."""
+"""Moves a frame with a given velocity, without a target."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ REFERENCES = ("local_world_aligned", "local")
 
 @dataclass(frozen=True, eq=False)
 class TwistTask(Task):
-    """Move a frame with a twist: ẋ = twist, error zero. Nothing brings it back to a path that it leaves.
+    """Move a frame with a twist: ẋ = twist, error zero. Deviations from a path are not corrected.
 
     Attributes:
         twist: (6,), linear in m/s, then angular in rad/s.
         frame: Link or joint; default the robot's tip.
         reference: "local_world_aligned" (the frame's point, world axes) or "local" (the frame's point and axes).
-        rows: What is controlled, of x y z wx wy wz, along the reference's axes; default the robot's task rows for its
+        rows: Controlled rows, of x y z wx wy wz, along the reference's axes; default the robot's task rows for its
             tip, all six for another frame.
         weight: See `Task`.
     """

@@ -1,4 +1,4 @@
-"""DH tables, from TOML files and to URDF."""
+"""DH tables: from TOML files, and to URDF."""
 
 from robust_ik.description.dh.dh_table import DHTable
 from robust_ik.description.dh.dh_toml import read_dh

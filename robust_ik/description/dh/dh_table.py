@@ -1,4 +1,4 @@
-"""DHTable: an arm written as Denavit-Hartenberg rows. Its pose and its Jacobian.
+"""DHTable: an arm as Denavit-Hartenberg rows, with its pose and its Jacobian.
 
 With Rx, Rz rotations about and Tx, Tz translations along an axis, row i stands for
 
@@ -31,8 +31,8 @@ KINDS = ("revolute", "prismatic")
 RESERVED = ("tool", "universe")
 MAX_JOINTS = 100  # Pinocchio's working memory grows with n³: 66 MB at 100 joints, 0.5 GB at 200
 
-LARGEST = 1e6  # of lengths and angles as written; far below where products overflow
-KEPT, SNAPPED = 1e-14, 1e-6  # a rotation this near to an exact one is kept as it is, is made exact
+LARGEST = 1e6  # of lengths and angles as written; products overflow far above it
+KEPT, SNAPPED = 1e-14, 1e-6  # a rotation this near to an exact one is kept, or replaced by it
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,18 +40,18 @@ class DHJoint:
     """One row: lengths in metres, angles in radians. A limit of None is not stated.
 
     Attributes:
-        a: Link length; in a modified table that of the link before.
-        d: Link offset; the constant part of it when the joint is prismatic.
-        alpha: Link twist; in a modified table that of the link before.
-        theta: Joint angle; the constant part of it when the joint is revolute.
+        a: Link length; in a modified table that of the previous link.
+        d: Link offset; for a prismatic joint its constant part.
+        alpha: Link twist; in a modified table that of the previous link.
+        theta: Joint angle; for a revolute joint its constant part.
         kind: "revolute" or "prismatic".
         lower: Lower limit of q, rad or m; a prismatic joint must state it.
         upper: Upper limit of q, rad or m; a prismatic joint must state it.
         velocity: Speed limit, rad/s or m/s.
-        name: Joint name; empty for "joint1", "joint2", ... by its place in the table.
+        name: Joint name; empty for "joint1", "joint2", ... by its index in the table.
 
     Raises:
-        DHError: A value that cannot be meant; the message quotes it.
+        DHError: A value is not valid; the message quotes it.
     """
 
     a: float
@@ -90,9 +90,9 @@ class DHJoint:
             raise DHError(f"{label}velocity must be positive, got {self.velocity}")
 
     def screws(self, convention: str) -> tuple[Array, Array]:
-        """The constant transforms before and after the joint's motion about its z axis, (4, 4) each.
+        """The constant transforms before and after the joint's motion about or along its z axis, (4, 4) each.
 
-        The constant parts of θ and d commute with the motion; they stand with a and α.
+        The constant parts of θ and d commute with the motion, so they are in one of the two, with a and α.
         """
         along_x, along_z = screw(0, self.alpha, self.a), screw(2, self.theta, self.d)
         return (np.eye(4), along_z @ along_x) if convention == "standard" else (along_x @ along_z, np.eye(4))
@@ -100,21 +100,21 @@ class DHJoint:
 
 @dataclass(frozen=True, eq=False)
 class DHTable:
-    """A serial arm: its rows, where it stands, what it holds.
+    """A serial arm: its DH rows, base, tool, and what else a table states.
 
     Attributes:
         joints: Rows from the base to the tip; names are filled in.
         convention: "standard" or "modified", see the module.
-        name: What the arm is called.
+        name: Name of the arm.
         rows: Task rows that matter for the arm, of x y z wx wy wz.
         base: Pose of frame 0 in the world, (4, 4), read-only.
         tool: Pose of the tip in frame n, (4, 4), read-only.
-        rest: A configuration to start from, (n,), rad or m, read-only; or None.
+        rest: A start configuration, (n,), rad or m, read-only; or None.
 
-    A rotation in `base` or `tool` written to six digits is taken to the nearest exact one.
+    A rotation in `base` or `tool` that is written with six digits is replaced by the nearest exact one.
 
     Raises:
-        DHError: A table that cannot be meant; the message quotes what was given.
+        DHError: A value in the table is not valid; the message quotes it.
     """
 
     joints: tuple[DHJoint, ...]
@@ -178,7 +178,7 @@ class DHTable:
     def placements(self) -> Array:
         """The constant transforms between the motions, (n + 1, 4, 4), base and tool included.
 
-        With Z(q) the turn about or the slide along z, the tip is at P₁ Z(q₁) P₂ Z(q₂) ⋯ Z(qₙ) Pₙ₊₁.
+        With Z(q) the rotation about z or the translation along z, the tip is at P₁ Z(q₁) P₂ Z(q₂) ⋯ Z(qₙ) Pₙ₊₁.
         """
         before, after = zip(*(joint.screws(self.convention) for joint in self.joints))
         return readonly(np.stack([self.base, *after]) @ np.stack([*before, self.tool]))
@@ -190,7 +190,7 @@ class DHTable:
             q: Joint values, (..., n), rad or m.
 
         Returns:
-            (..., n + 1, 4, 4): frame i stands on joint i's axis, z along it, and moves with the joint (in a
+            (..., n + 1, 4, 4): frame i lies on joint i's axis, z along it, and moves with the joint (in a
             modified table it is Craig's frame {i}); the last one is the tip.
         """
         q = as_array(q, "q", (self.n,))
@@ -266,12 +266,12 @@ def _checked_rows(rows: Iterable[str]) -> tuple[str, ...]:
 
 
 def shown(value: object) -> str:
-    """The value as a message quotes it."""
+    """The value, as a message quotes it."""
     return reprlib.repr(value)
 
 
 def checked_number(value: object, what: str) -> float:
-    """One finite number."""
+    """The value as a finite float, or a DHError."""
     try:
         number = math.nan if isinstance(value, bool) or not isinstance(value, Real) else float(value)
     except OverflowError:
@@ -282,7 +282,7 @@ def checked_number(value: object, what: str) -> float:
 
 
 def checked_numbers(value: ArrayLike, what: str, shape: tuple[int, ...]) -> Array:
-    """Finite numbers of exactly that shape."""
+    """Finite numbers of exactly this shape, or a DHError."""
     try:
         array = as_array(value, what, shape)
     except InputError as error:
@@ -297,14 +297,14 @@ def checked_numbers(value: ArrayLike, what: str, shape: tuple[int, ...]) -> Arra
 
 
 def checked_name(value: object, what: str) -> str:
-    """Printable text."""
+    """Printable text, or a DHError."""
     if not isinstance(value, str) or not value.strip() or not value.isprintable():
         raise DHError(f"{what} must be printable text, got {shown(value)}")
     return value
 
 
 def checked_rigid(value: ArrayLike, what: str) -> Array:
-    """A read-only pose; a rotation off by rounding is replaced by the nearest exact one."""
+    """A read-only pose, or a DHError; a rotation off by rounding is replaced by the nearest exact one."""
     pose = checked_numbers(value, what, (4, 4)).copy()
     rotation = pose[:3, :3]
     error = float(np.abs(rotation @ rotation.T - np.eye(3)).max())

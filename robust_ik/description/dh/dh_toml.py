@@ -1,4 +1,4 @@
-"""DH tables as TOML files."""
+"""Reads and writes DH tables as TOML files."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from robust_ik.errors import DHError, suggest
 from robust_ik.runtime.files import read_file
 
 MAX_BYTES, MAX_LINE = 200_000, 2_000
-"""A hundred joints take a tenth of this; the time to read dotted keys and nested tables grows with their square."""
+"""Most bytes of a file (a hundred joints take a tenth) and of a line: time grows with the square of dotted keys."""
 
 
 def read_dh(path: str | Path) -> DHTable:
@@ -45,7 +45,7 @@ def table_from_toml(text: str, *, source: str = "DH text", name: str = "robot") 
     ```toml
     name = "wrist"                  # may be left out
     convention = "modified"         # or "standard"
-    angles = "deg"                  # or "rad": all angles, those of limits and speeds too
+    angles = "deg"                  # or "rad": for all angles, also of limits and speeds
     rows = ["wx", "wy", "wz"]       # task rows; default all six
     rest = [0, 45, 0]               # may be left out
 
@@ -71,7 +71,7 @@ def table_from_toml(text: str, *, source: str = "DH text", name: str = "robot") 
         name: The arm's name if the text has none.
 
     Raises:
-        DHError: Text that is no TOML (with its place), unknown keys, or values that cannot be meant.
+        DHError: The text is no TOML (the message says where), or has unknown keys or values that are not valid.
     """
     try:
         return DHTable(**_fields({"name": name, **_toml(text)}))
@@ -80,7 +80,7 @@ def table_from_toml(text: str, *, source: str = "DH text", name: str = "robot") 
 
 
 def table_to_toml(table: DHTable) -> str:
-    """The table as TOML text, in radians; `table_from_toml` gives back the same numbers."""
+    """The table as TOML text, in radians; `table_from_toml` reads back the same numbers."""
     quote = _quoted
     lines = [f"name = {quote(table.name)}", f"convention = {quote(table.convention)}", 'angles = "rad"']
     lines.append(f"rows = [{', '.join(map(quote, table.rows))}]")
@@ -105,15 +105,15 @@ def _toml(text: str) -> dict[str, Any]:
         raise DHError(f"it has a line of over {MAX_LINE} characters")
     try:
         return read_toml(text)
-    except ValueError as error:  # tomllib's own error, which says where, is one
+    except ValueError as error:  # also tomllib's own error, which says where
         raise DHError(f"not valid TOML: {error}") from error
 
 
 def _fields(data: dict[str, Any]) -> dict[str, Any]:
     """The arguments of DHTable, in radians.
 
-    The table is first made of the numbers as written, so that messages quote those: the checks do not depend
-    on the unit of angles.
+    A table is first made of the numbers as written, so that messages quote those; the checks do not depend on
+    the unit of angles.
     """
     _check_keys(data, _TABLE_KEYS, ("convention", "angles", "joint"), "the table")
     degrees = _in_degrees(data["angles"])
@@ -182,7 +182,7 @@ def _from_degrees(joint: DHJoint) -> DHJoint:
 
 
 def _radians(angles: Array) -> Array:
-    # math.radians(90) is π/2 to the last bit, and so for every multiple of 45°
+    # math.radians(90) is π/2 to the last bit; so is every multiple of 45°
     return np.array([math.radians(angle) for angle in angles])
 
 
@@ -200,7 +200,7 @@ def _quoted(text: str) -> str:
 
 
 def _inline(joint: DHJoint) -> str:
-    """One row as a TOML inline table; repr writes a float to its last bit."""
+    """One row as a TOML inline table; repr writes every digit of a float."""
     items = {"name": _quoted(joint.name), "type": _quoted(joint.kind)}
     numbers = {key: getattr(joint, key) for key in _JOINT_KEYS if key not in ("name", "type")}
     items |= {key: repr(number) for key, number in numbers.items() if number is not None}

@@ -1,4 +1,4 @@
-"""DHTable → URDF text, so that a DH table goes the same way as any other robot."""
+"""Converts a DHTable to URDF text, so that DH tables are loaded like any other robot."""
 
 from __future__ import annotations
 
@@ -15,22 +15,28 @@ from robust_ik.checks import Array
 from robust_ik.description.dh.dh_table import DHJoint, DHTable, screw
 
 UNSTATED_VELOCITY = 1000.0
-"""rad/s or m/s. A URDF's <limit> must state a velocity: chosen so large that it stops nothing."""
+"""Velocity limit that is written, rad/s or m/s.
+
+A URDF's <limit> must state one: chosen so large that it stops nothing.
+"""
 UNSTATED_EFFORT = 1000.0
-"""N m or N. A URDF's <limit> must state an effort, which a DH table does not have and kinematics do not use."""
+"""Effort limit that is written, N m or N.
+
+A URDF's <limit> must state one; a DH table has none and kinematics use none.
+"""
 JOINT_COLOR, LINK_COLOR = (0.13, 0.24, 0.38, 1.0), (0.80, 0.83, 0.86, 1.0)
 
 
 def dh_to_urdf(table: DHTable) -> str:
-    """A URDF whose kinematics are the table's, with simple shapes to look at.
+    """A URDF with the table's kinematics and simple shapes for display.
 
-    Joint i turns about or slides along the z axis of link i; all that is constant stands in the joints'
-    origins. The links are "base", "link1" … "linkn" and, fixed to the last, "tool", the tip; an underscore is
-    added to one that a joint is called already. There are no inertias.
+    Joint i turns about or slides along the z axis of link i; all constant transforms are in the joints' origins. The
+    links are "base", "link1" … "linkn" and, fixed to the last one, "tool", which is the tip; a name that a joint has
+    already gets an underscore. There are no inertias.
 
-    A URDF cannot leave limits out, so what the table does not state is filled in: a revolute joint gets ±π (a
-    full turn from the other limit if only one is stated), every joint a speed limit of 1000 rad/s or m/s and
-    an effort limit of 1000 Nm or N. Take limits from the table, where such are infinite.
+    A URDF must have limits. So what the table does not state is filled in: a revolute joint gets ±π (a full turn from
+    the other limit if only one is stated), every joint a speed limit of 1000 rad/s or m/s and an effort limit of 1000
+    Nm or N. Take limits from the table, where those are infinite.
 
     Args:
         table: The arm.
@@ -87,7 +93,7 @@ def _limit(joint: DHJoint) -> Any:
 
 
 def _write_origins(root: Any, robot: Any) -> None:
-    """Writes the origins again: yourdfpy's Euler angles lose half the digits, or all, near a pitch of 90°."""
+    """Writes the origins again, since yourdfpy's Euler angles lose half the digits, or all, near a pitch of 90°."""
     shapes = (visual.origin for link in robot.links for visual in link.visuals)
     for element, pose in zip(
         root.iter("origin"), itertools.chain(shapes, (j.origin for j in robot.joints)), strict=True
@@ -99,8 +105,8 @@ def _write_origins(root: Any, robot: Any) -> None:
 def _rpy(rotation: Array) -> Array:
     """Angles with rotation = Rz(yaw) Ry(pitch) Rx(roll), exact to rounding at every pitch.
 
-    Pitch and roll are read from Rz(−yaw)·rotation with the very yaw that is returned: near a pitch of ±90°
-    the yaw is ill-defined, but the product of the three is not.
+    Pitch and roll are computed from Rz(−yaw)·rotation with the yaw that is returned: near a pitch of ±90° the
+    yaw is ill-defined, but the product of the three is not.
     """
     yaw = math.atan2(rotation[1, 0], rotation[0, 0])
     rest = screw(2, -yaw, 0.0)[:3, :3] @ rotation
@@ -113,7 +119,7 @@ def _text(numbers: Array) -> str:
 
 # ---------------------------------------------------------------------------------------------------- shapes
 def _shapes(table: DHTable) -> Iterator[Iterator[Any]]:
-    """The visuals of every link: its joint, the way along d and a to the next, and what that slides on."""
+    """The visuals of each link: its joint, the way along d and a to the next joint, and the rail of a sliding joint."""
     size = _size(table)
     for k in range(table.n + 1):
         joint = iter([_joint_shape(table.joints[k - 1], size)] if k > 0 else [])
@@ -122,14 +128,14 @@ def _shapes(table: DHTable) -> Iterator[Iterator[Any]]:
 
 
 def _size(table: DHTable) -> float:
-    """The arm's own length in metres, which the shapes are scaled by: Σ|a| + Σ|d| + slides + tool."""
+    """Length scale of the shapes, m: Σ|a| + Σ|d| + travel of sliding joints + tool."""
     slides = [max(abs(j.lower or 0.0), abs(j.upper or 0.0)) for j in table.joints if j.kind == "prismatic"]
     rows = [abs(joint.a) + abs(joint.d) for joint in table.joints]
     return sum(rows) + sum(slides) + float(np.linalg.norm(table.tool[:3, 3])) or 1.0
 
 
 def _way(table: DHTable, k: int) -> list[Array]:
-    """Corners, in the frame of link k, of the way from its joint to the next one or to the tool."""
+    """Corners, in the frame of link k, of the path from its joint to the next one or to the tool."""
     corners = [np.zeros(3)]
     start = table.base if k == 0 else np.eye(4)
     corners.append(start[:3, 3])
@@ -143,7 +149,7 @@ def _way(table: DHTable, k: int) -> list[Array]:
 
 
 def _rail(table: DHTable, k: int) -> list[Array]:
-    """The ends, in the frame of link k, of what the next joint slides along; none if it turns."""
+    """The ends, in the frame of link k, of the rail along which the next joint slides; none if it turns."""
     if k == table.n or table.joints[k].kind == "revolute":
         return []
     ends = (min(table.lower[k], 0.0), max(table.upper[k], 0.0))
@@ -151,7 +157,7 @@ def _rail(table: DHTable, k: int) -> list[Array]:
 
 
 def _segments(corners: list[Array], size: float) -> Iterator[Any]:
-    """Slim cylinders between corners; those of no length are left out."""
+    """Slim cylinders between corners; those of zero length are left out."""
     for start, end in itertools.pairwise(corners):
         length = float(np.linalg.norm(end - start))
         if length > 1e-6 * size:
@@ -160,7 +166,7 @@ def _segments(corners: list[Array], size: float) -> Iterator[Any]:
 
 
 def _along(start: Array, end: Array) -> Array:
-    """The pose half way between two points whose z axis points from one to the other."""
+    """A pose half way between two points, whose z axis points from one to the other."""
     x, y, z = (end - start).tolist()
     pose = screw(2, math.atan2(y, x), 0.0) @ screw(1, math.atan2(math.hypot(x, y), z), 0.0)
     pose[:3, 3] = (start + end) / 2
@@ -168,7 +174,7 @@ def _along(start: Array, end: Array) -> Array:
 
 
 def _joint_shape(joint: DHJoint, size: float) -> Any:
-    """A cylinder about the axis of a revolute joint, a box on that of a prismatic one."""
+    """A cylinder about the axis of a revolute joint, a box on the axis of a prismatic one."""
     width, height = _round(0.03 * size), _round(0.09 * size)
     if joint.kind == "revolute":
         return _visual(np.eye(4), "joint", cylinder=urdf.Cylinder(radius=width, length=height))
@@ -184,5 +190,5 @@ def _material(name: str, rgba: tuple[float, ...]) -> Any:
 
 
 def _round(number: float) -> float:
-    """Six significant digits: shapes are to look at."""
+    """The number with six significant digits, enough for shapes."""
     return float(f"{number:.6g}")

@@ -1,4 +1,4 @@
-"""Mesh files, read safely: coloured triangles to draw, vertices to measure."""
+"""Mesh files, read safely: as coloured triangles for drawing, as vertices for measuring."""
 
 from robust_ik.description.meshes.mesh_files import Color, Part, UnreadableMeshError, read_mesh, read_vertices
 from robust_ik.description.meshes.mesh_paths import CONVENTIONAL_FOLDERS

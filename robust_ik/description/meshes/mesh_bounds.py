@@ -1,4 +1,4 @@
-"""How much a mesh file may hold, counted before anything reads it: readers take what a header claims at its word."""
+"""Limits on the contents of a mesh file, checked before a reader trusts the sizes in its header."""
 
 from __future__ import annotations
 
@@ -14,33 +14,36 @@ from robust_ik.description.xml_bounds import COLLADA, keeps_brackets
 from robust_ik.errors import UrdfError
 
 MAX_BYTES = 60_000_000
-"""The largest real meshes of robots have 30 MB."""
+"""Most bytes of a mesh file; the largest real meshes of robots have 30 MB."""
 MAX_TRIANGLES = 600_000
-"""To be thinned out in some seconds; real ones have up to 200,000."""
+"""Most triangles, to be thinned in some seconds; real meshes have up to 200,000."""
 MAX_TEXT_LINES = 2_000_000
-"""Vertices, normals and faces of a text file, which are read more slowly; real ones have up to 60,000 of them."""
+"""Most vertices, normals and faces of a text file, which is read more slowly; real ones have up to 60,000."""
 MAX_FACE_LINES = 400_000
-"""Faces of a text file, which are read slowly. Chosen: the largest of example-robot-data has 22,246."""
+"""Most faces of a text file, which are read slowly. Chosen: the largest of example-robot-data has 22,246."""
 MAX_PARTS = 2_000
-"""Groups of an OBJ, solids of an STL: each costs as much as a small file. Real ones have up to 60."""
+"""Most groups of an OBJ, or solids of an STL: each costs as much as a small file. Real files have up to 60."""
 MAX_LINE = 20_000
-"""Characters of a line, which may hold a face of many corners. Chosen: the longest of example-robot-data has 262."""
+"""Most characters of a line, which may hold a face with many corners.
+
+Chosen: the longest of example-robot-data has 262.
+"""
 MAX_OBJECTS = 20_000
-"""Braces in the header of a glTF: nodes, primitives, accessors, materials. Real ones have up to 200."""
+"""Most braces in the header of a glTF: nodes, primitives, accessors, materials. Real files have up to 200."""
 MAX_NUMBERS = 30_000_000
-"""Numbers in all accessors of a glTF; real ones have up to 5,000,000."""
+"""Most numbers in all accessors of a glTF; real files have up to 5,000,000."""
 MAX_WORDS = 12_000_000
-"""Numbers in a COLLADA file, written out; real ones have up to 6,000,000."""
+"""Most numbers in a COLLADA file, written as text; real files have up to 6,000,000."""
 _COMPONENTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 _LONG_LINE = re.compile(rb"[^\n]{%d}" % (MAX_LINE + 1))
 
 
 class UnreadableMeshError(Exception):
-    """A mesh that cannot be used; the message says why. It does not leave the package: who reads a mesh handles it."""
+    """A mesh that cannot be used; the message says why. Each caller that reads a mesh handles it."""
 
 
 def check_mesh(data: bytes, kind: str) -> None:
-    """Refuses a mesh file of the kind (".stl", ".dae", …) that would take too long or too much to read.
+    """Raises if a mesh file of this kind (".stl", ".dae", …) would take too much time or memory to read.
 
     Raises:
         UnreadableMeshError: It would, or it refers to parts that do not exist.
@@ -50,7 +53,7 @@ def check_mesh(data: bytes, kind: str) -> None:
 
 
 def check_triangles(count: int) -> None:
-    """Refuses more triangles than are drawn.
+    """Raises if there are more triangles than can be drawn.
 
     Raises:
         UnreadableMeshError: There are.
@@ -65,7 +68,7 @@ def _at_most(count: int, most: int, what: str) -> None:
 
 # ------------------------------------------------------------------------------------------------- text
 def _check_lines(data: bytes) -> None:
-    """PLY and OFF: a header, then lines or bytes."""
+    """Checks PLY and OFF files: a header, then lines or bytes."""
     header = data[:100_000].partition(b"end_header")[0] if data[:3] == b"ply" else b""
     _at_most(header.count(b"element"), 50, "elements in its header")
     _at_most(header.count(b"property"), 500, "properties in its header")
@@ -102,7 +105,7 @@ def _check_glb(data: bytes) -> None:
 
 
 def _check_gltf(text: bytes) -> None:
-    """The sizes that a glTF's header claims, before memory is taken for them."""
+    """Checks the sizes that a glTF's header claims, before memory is allocated for them."""
     for sign, times in ((b"{", 1), (b"[", 2), (b",", 25)):
         _at_most(text.count(sign), MAX_OBJECTS * times, f"signs {sign.decode()!r}")
     try:
@@ -122,7 +125,7 @@ def _check_gltf(text: bytes) -> None:
 
 
 def _drawn(header: dict[str, Any], counts: list[int]) -> Iterator[tuple[int, int]]:
-    """Corners of every primitive, and values at its vertices: one that shares an accessor is read anew."""
+    """Corners of each primitive, and values at its vertices; an accessor that is shared is counted each time."""
     for mesh in header.get("meshes", ()):
         for primitive in mesh["primitives"]:
             attributes = primitive["attributes"]
@@ -132,7 +135,7 @@ def _drawn(header: dict[str, Any], counts: list[int]) -> Iterator[tuple[int, int
 
 # ------------------------------------------------------------------------------------------------- COLLADA
 def _check_collada(data: bytes) -> None:
-    """Elements, and triangles as often as nodes place them: nodes may hold nodes that hold nodes."""
+    """Checks the number of elements, and of triangles as often as nodes place them: nodes may contain nodes."""
     if not keeps_brackets(data) or b"<!ENTITY" in data or b"<!DOCTYPE" in data:
         raise UnreadableMeshError("is no COLLADA file, or has a DOCTYPE, which none needs")
     _at_most(_words(data), MAX_WORDS, "numbers")
@@ -146,18 +149,18 @@ def _check_collada(data: bytes) -> None:
 
 
 def _triangles(geometry: Any) -> int:
-    """At most so many triangles are in a geometry: three corners need three numbers for each offset."""
+    """An upper bound on the triangles of a geometry: three corners need three numbers for each offset."""
     return sum(_words((each.text or "").encode("latin-1", "replace")) // 3 + 1 for each in geometry.iter("{*}p"))
 
 
 def _words(text: bytes) -> int:
-    """How many words with blanks between them, a few more at the most."""
+    """The number of words separated by blanks, or a few more."""
     blank = np.frombuffer(text, np.uint8) <= 32
     return int(np.count_nonzero(blank[:-1] & ~blank[1:])) + 1
 
 
 class _Unfolded:
-    """Counts what a COLLADA scene holds when every reference is put in."""
+    """Counts the triangles of a COLLADA scene with every reference inserted."""
 
     def __init__(self, root: Any, sizes: dict[str, int]) -> None:
         self.root, self.sizes = root, sizes

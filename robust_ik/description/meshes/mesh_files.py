@@ -1,4 +1,4 @@
-"""Mesh files, whatever their kind, as coloured triangles or as vertices. What is wrong with a file, one error tells."""
+"""Reads mesh files of any kind as coloured triangles or as vertices; one error says what is wrong with a file."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ from robust_ik.description.meshes.opening import read_inside
 from robust_ik.description.meshes.triangle_meshes import Triangles, tidy
 
 MAX_PIXELS = 20_000_000
-"""Of an image; textures have up to 4096² = 16,777,216."""
+"""Most pixels of an image; textures have up to 4096² = 16,777,216."""
 IMAGES = ("PNG", "JPEG", "GIF", "BMP", "TGA", "TIFF", "WEBP")
-"""Formats whose readers run no other program."""
+"""Image formats whose readers start no other program."""
 LARGEST = 1e6
-"""Vertices further away than this, m, are damage."""
+"""Vertices beyond this distance, m, count as a damaged file."""
 Color = tuple[float, float, float, float]
 _Piece = TypeVar("_Piece")
 
@@ -41,7 +41,7 @@ class Part:
     """Triangles of one colour, or with a colour at every vertex.
 
     Attributes:
-        triangles: What is drawn.
+        triangles: The triangles.
         color: RGBA in [0, 1], or None if the file says none.
     """
 
@@ -52,7 +52,7 @@ class Part:
 def read_mesh(mesh: Mesh) -> tuple[Part, ...]:
     """The parts of a mesh file in metres, scaled as the description says.
 
-    COLLADA's unit is applied and its up-axis is not: so do ROS and its files.
+    COLLADA's unit is applied and its up-axis is not, as in ROS and its files.
 
     Raises:
         UnreadableMeshError: There is no such file, or it is broken, too large or empty.
@@ -78,7 +78,7 @@ def read_vertices(mesh: Mesh) -> Array:
 
 
 def _read(mesh: Mesh, extract: Callable[[Any, Array], Iterable[_Piece]]) -> tuple[_Piece, ...]:
-    """What `extract` gets from the scene in a file."""
+    """The results of `extract` for the scene in a file."""
     if mesh.path is None:
         raise UnreadableMeshError(mesh.problem or "not found")
     try:
@@ -87,13 +87,13 @@ def _read(mesh: Mesh, extract: Callable[[Any, Array], Iterable[_Piece]]) -> tupl
             return tuple(extract(_load(mesh, data), _scaling(mesh, data)))
     except UnreadableMeshError:
         raise
-    except Exception as error:  # readers raise whatever a broken file trips them over
+    except Exception as error:  # readers raise any error on a broken file
         raise UnreadableMeshError(f"cannot be read: {type(error).__name__}: {str(error)[:120]}") from error
 
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Readers warn about every oddity of a file; what matters ends up in the list of missing meshes."""
+    """Silences warnings of readers about oddities of a file; what matters is in the list of missing meshes."""
     log, nothing = logging.getLogger("trimesh"), lambda _: False
     log.addFilter(nothing)
     try:
@@ -105,7 +105,7 @@ def _quiet() -> Iterator[None]:
 
 
 def _bytes(mesh: Mesh) -> bytes:
-    """What the file holds, if it is one of a size and kind that can be read."""
+    """The content of the file, if its size and kind can be read."""
     path, root = _place(mesh)
     try:
         data = read_inside(path, root, MAX_BYTES)
@@ -120,7 +120,7 @@ def _bytes(mesh: Mesh) -> bytes:
 
 
 def _place(mesh: Mesh) -> tuple[Path, Path]:
-    """The file, and the folder that it and whatever it refers to must lie in."""
+    """The file, and the folder in which it and the files it refers to must lie."""
     assert mesh.path is not None
     if mesh.root is not None:
         return mesh.path, mesh.root
@@ -137,7 +137,7 @@ def _load(mesh: Mesh, data: bytes) -> Any:
 
 
 def _kind(mesh: Mesh) -> str:
-    """The suffix that the description writes; a link may lead to a file of another name."""
+    """The suffix in the description; a link may lead to a file of another name."""
     written = PurePosixPath(mesh.name).suffix.lower()
     return written if written in MESH_SUFFIXES or mesh.path is None else mesh.path.suffix.lower()
 
@@ -151,7 +151,7 @@ def _scaling(mesh: Mesh, data: bytes) -> Array:
 
 
 def _parts(scene: Any, scaling: Array) -> Iterator[Part]:
-    """One part for each colour of the scene, and one for each geometry that is coloured by vertex."""
+    """One part for each colour of the scene, and one for each geometry with colours at its vertices."""
     by_color: dict[Color | None, list[Triangles]] = {}
     for shape, linear, shift in _placed(scene, scaling):
         color, vertex_colors = _colors(shape)
@@ -190,9 +190,9 @@ def _part(pieces: list[Triangles], color: Color | None) -> Iterator[Part]:
 
 
 def _colors(shape: Any) -> tuple[Color | None, NDArray[np.uint8] | None]:
-    """The colour of a geometry; when its vertices differ, theirs instead.
+    """The colour of a geometry; the colours of its vertices instead if they differ.
 
-    A file's own opacity is not believed: exporters disagree on whether 0 or 1 is opaque.
+    Opacity in the file is ignored: exporters disagree on whether 0 or 1 is opaque.
     """
     visual = shape.visual
     if visual.kind == "texture":
@@ -206,7 +206,7 @@ def _colors(shape: Any) -> tuple[Color | None, NDArray[np.uint8] | None]:
 
 
 def _may_be_opened(image: Any) -> bool:
-    """Whether an image, of which only the head was read so far, is of sane size and kind."""
+    """Whether an image, of which only the header has been read, is of allowed size and kind."""
     return image.width * image.height <= MAX_PIXELS and getattr(image, "format", None) in IMAGES
 
 

@@ -1,4 +1,4 @@
-"""From the mesh paths that a URDF writes to files on disk, never outside the robot's own folders."""
+"""Finds the files of mesh paths in a URDF, never outside the robot's own folders."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from robust_ik.errors import UrdfError, cut
 MESH_SUFFIXES = (".stl", ".dae", ".obj", ".ply", ".glb", ".gltf", ".off")
 ALLOW = "allow its folder by package_dirs= (--package-dir)"
 CONVENTIONAL_FOLDERS = ("urdf", "urdfs", "robots", "robot", "model", "models", "xacro")
-"""A URDF in one of these belongs to the folder around it."""
+"""A URDF in a folder of one of these names belongs to the folder around it, if meshes are there too."""
 SURE_FOLDERS = ("urdf", "urdfs", "xacro")
-"""These are called so for no other reason; around one of the others, there must also be a folder of meshes."""
+"""Names that are enough by themselves: no folder of meshes is needed around these."""
 MESH_FOLDERS = ("meshes", "mesh", "visual", "visuals", "collision", "collisions", "assets", "stl", "dae", "obj")
 PACKAGE_ENDINGS = ("_description", "_support")
-"""A folder that is called so is a robot's package, with a package.xml or without."""
+"""A folder with such an ending is a robot's package, even without a package.xml."""
 LONGEST_NAME = 4096
-"""Characters of a path: no system takes more. Linux's PATH_MAX is 4096."""
+"""Most characters of a path: no system allows more. Linux's PATH_MAX is 4096."""
 
 
 @dataclass(frozen=True)
 class Found:
-    """A mesh file and the folder it may refer within; or why there is none.
+    """A mesh file and the folder to which its references are confined; or the reason why there is none.
 
     Attributes:
-        path: The file, links resolved, so that what is opened is what was checked.
-        root: The folder, links resolved.
+        path: The file, with links resolved, so that the file that is opened is the one that was checked.
+        root: The folder, with links resolved.
         problem: Why there is no path; empty otherwise.
     """
 
@@ -44,10 +44,11 @@ class Found:
 class MeshPaths:
     """Resolves `package://`, `file://`, absolute and relative paths for one URDF.
 
-    A file may be read from the URDF's own tree, from the folders that the user gives and from packages: those in the
-    folders that ROS's environment names, and folders with a package.xml around the URDF or beside one around it. An
-    ancestor without package.xml is none, whatever it is called, unless it is the URDF's own tree or is called like
-    a robot's package; and folders that all kinds of files share (/, /tmp, a home) never are. Links are resolved first.
+    Files may be read from the URDF's own tree, from the folders given by the user, and from packages. Packages are
+    found in the folders that ROS's environment variables name, and as folders with a package.xml around the URDF or
+    beside one of those. A folder around the URDF without package.xml counts as a package only if it is the URDF's own
+    tree or its name ends like a robot's package. Folders that all kinds of files share (/, /tmp, a home) never count.
+    Links are resolved first.
 
     Attributes:
         folder: The folder of the URDF, absolute and without `..`, or None for a URDF given as text.
@@ -59,14 +60,14 @@ class MeshPaths:
 
     @classmethod
     def of(cls, folder: Path | None, package_dirs: Sequence[str | Path]) -> Self:
-        """For a folder and package folders as a user writes them."""
+        """The paths for a folder and package folders as a user writes them."""
         return cls(folder and _absolute(folder), tuple(_absolute(Path(given).expanduser()) for given in package_dirs))
 
     def resolve(self, name: str) -> Found:
-        """The file that `name` stands for.
+        """The file of the mesh path `name`, or the reason why there is none.
 
-        One that is not there, or lies behind a link that leads outside, or is of no kind that can be drawn, is
-        reported, so that the kinematics still load.
+        A file that is missing, lies behind a link that leads outside, or is of a kind that cannot be drawn raises no
+        error, so that the kinematics still load.
 
         Raises:
             UrdfError: The path climbs out of its package by `..`.
@@ -91,7 +92,7 @@ class MeshPaths:
 
     @cached_property
     def own_tree(self) -> Path | None:
-        """The URDF's package: the nearest ancestor with a package.xml, else its folder (`urdf/` counts as inside)."""
+        """The URDF's package: the nearest folder above with a package.xml, else its folder or that above `urdf/`."""
         if self.folder is None:
             return None
         for ancestor in (self.folder, *self.folder.parents):
@@ -121,7 +122,7 @@ class MeshPaths:
         return _none(f"{found.problem}; give package_dirs= (--package-dir) to say where it is")
 
     def _package_roots(self, package: str) -> Iterator[Path]:
-        """The folders that are the package, none of them reached by a link that leads to where nothing may be read."""
+        """The folders that may be the package, none of them behind a link that leads to a forbidden place."""
         for given in self.package_dirs:
             if given.name == package:
                 yield given
@@ -130,7 +131,7 @@ class MeshPaths:
         for given in _ros_package_dirs():
             if given.name == package:
                 yield given
-            if _is_within(given / package, given) or _is_package(given / package):  # workspaces link to packages
+            if _is_within(given / package, given) or _is_package(given / package):  # workspaces have links to packages
                 yield given / package
         if self.folder is None:
             return
@@ -143,12 +144,12 @@ class MeshPaths:
                 yield ancestor / package
 
     def _is_allowed(self, folder: Path) -> bool:
-        """Whether it is a folder that, links resolved, lies in the own tree or in a folder that was given."""
+        """Whether it is a folder that, with links resolved, lies in the own tree or in a folder given by the user."""
         allowed = (*self.package_dirs, self.own_tree)
         return folder.is_dir() and any(_is_within(folder, each) for each in allowed if each is not None)
 
     def _is_ours(self, ancestor: Path) -> bool:
-        """Whether an ancestor of the URDF that is called like the package is a package."""
+        """Whether a folder around the URDF, with the name of the package, is a package."""
         called_so = ancestor.name.endswith(PACKAGE_ENDINGS) and not is_shared(ancestor)
         return ancestor == self.own_tree or called_so or _is_package(ancestor)
 
@@ -177,7 +178,7 @@ class MeshPaths:
         raise _climbs(name, own)
 
     def _checked(self, path: Path, root: Path) -> Found:
-        """The file, unless it is missing or links lead from it to where nothing may be read."""
+        """The file, unless it is missing or behind a link that leads to a forbidden place."""
         if not path.is_file():
             return _none(f"not found at {path}")
         real = path.resolve()
@@ -188,7 +189,7 @@ class MeshPaths:
 
 
 def is_shared(folder: Path) -> bool:
-    """Whether all kinds of files share a folder: the root, what is right below it, homes, folders for what is passing.
+    """Whether all kinds of files share a folder: the root and its direct children, homes, folders of temporary files.
 
     Such a folder is nobody's package, whatever lies in it.
     """
@@ -216,7 +217,7 @@ def _none(problem: str) -> Found:
 
 
 def _absolute(path: Path) -> Path:
-    """Absolute and without `..`, links left as they are."""
+    """The path, absolute and without `..`; links are not resolved."""
     return Path(os.path.abspath(path))  # noqa: PTH100
 
 

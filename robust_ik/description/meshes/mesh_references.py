@@ -1,4 +1,4 @@
-"""What a mesh file refers to is read from inside its folder, and from nowhere else."""
+"""Reads the files that a mesh refers to, from inside its folder only."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from trimesh.resolvers import Resolver
 from robust_ik.description.meshes.opening import read_inside
 
 MAX_REFERENCE_BYTES = 50_000_000
-"""Of all files together that one mesh refers to, each counted as often as it is asked for."""
+"""Most bytes of all files that one mesh refers to, each counted as often as it is read."""
 MAX_MATERIAL_BYTES = 1_000_000
-"""Of one file of materials; real ones have some hundred bytes."""
+"""Most bytes of one file of materials; real ones have some hundred."""
 REFERENCES = (
     ".mtl", ".bin", ".glbin", ".buffer", ".png", ".jpg", ".jpeg", ".gif", ".bmp", ".tga", ".tif", ".tiff", ".webp"
 )  # fmt: skip
-"""Materials, buffers and images. A mesh refers to no other file, and other files are not to be seen."""
+"""Endings of materials, buffers and images. A mesh refers to no other files, and others must not be read."""
 
 if TYPE_CHECKING:
     _Base: Any = object
@@ -30,12 +30,12 @@ else:
 class ConfinedResolver(_Base):  # type: ignore[misc]
     """Reads materials, textures and buffers that a mesh refers to, only below a root folder.
 
-    Whatever is outside, by "..", by an absolute path, by a link or by an address, is as good as missing; so is what is
-    hidden below the root (`.git`, `.ssh`), of another kind than meshes refer to, or beyond the bytes for one mesh.
+    Files outside (by "..", an absolute path, a link or an address) count as missing. So do files in hidden folders
+    below the root (`.git`, `.ssh`), files of kinds to which meshes do not refer, and files beyond the limit of bytes.
 
     Attributes:
-        folder: Where references start from.
-        root: What they may not leave.
+        folder: The folder from which references start.
+        root: The folder that references must not leave.
         left: Bytes that may still be read.
     """
 
@@ -61,7 +61,7 @@ class ConfinedResolver(_Base):  # type: ignore[misc]
         raise FileNotFoundError(f"{str(key)[:200]!r} is not in {self.root}")
 
     def _inside(self, name: str) -> Path | None:
-        """The file, links resolved, if it is one inside the root that a mesh may refer to."""
+        """The file, with links resolved, if it lies inside the root and a mesh may refer to it."""
         name = name.strip().replace("\\", "/")
         if not name or "\0" in name or "://" in name:
             return None
@@ -78,16 +78,16 @@ class ConfinedResolver(_Base):  # type: ignore[misc]
         return min(self.left, MAX_MATERIAL_BYTES) if path.suffix.lower() == ".mtl" else self.left
 
     def keys(self) -> Iterator[str]:
-        """Nothing: files are asked for by name, a folder is never listed."""
+        """No names: files are asked for by name, and folders are never listed."""
         return iter(())
 
     def __contains__(self, key: str) -> bool:
         return self._inside(str(key)) is not None
 
     def write(self, name: str, _: Any) -> None:
-        """Refused: nothing is written beside a mesh."""
+        """Raises: nothing is written beside a mesh."""
         raise PermissionError(f"nothing is written beside a mesh, got {name!r}")
 
     def namespaced(self, namespace: str) -> ConfinedResolver:
-        """The same confinement, with references starting from a folder below."""
+        """A resolver with the same limits, for references from a folder below."""
         return ConfinedResolver(self.folder / namespace, self.root)

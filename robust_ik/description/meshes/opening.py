@@ -1,4 +1,4 @@
-"""Files opened without a gap between looking and reading: what is read is what was checked."""
+"""Opens files without a gap between check and reading: the file that is read is the one that was checked."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from pathlib import Path
 
 
 def read_inside(path: Path, root: Path, most: int) -> bytes:
-    """What a plain file inside a folder holds.
+    """The content of a plain file inside a folder.
 
-    The file is opened first and looked at then: that the open file is the one at that path, that the path leads through
-    no link, and that it is inside. A folder or file exchanged for a link in between is refused.
+    The file is opened first and checked afterwards: the open file must be the one at that path, the path must lead
+    through no link, and it must lie inside. So a folder or file that is exchanged for a link in between is refused.
 
     Args:
-        path: The file, links resolved.
-        root: The folder that it must lie in, links resolved.
+        path: The file, with links resolved.
+        root: The folder in which it must lie, with links resolved.
         most: A file of more bytes is refused before it is read.
 
     Raises:
-        OSError: There is no such file, it is no plain one, or it is outside.
+        OSError: There is no such file, it is not a plain file, or it is outside.
         ValueError: It is too large.
     """
     wait_for_none = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0) | getattr(os, "O_CLOEXEC", 0)

@@ -1,4 +1,4 @@
-"""Triangle meshes: joined, thinned, and split where an edge is sharp. Arrays only, but for trimesh's adjacency."""
+"""Triangle meshes: joined, thinned, and split at sharp edges. Arrays only, except for trimesh's adjacency."""
 
 from __future__ import annotations
 
@@ -11,11 +11,14 @@ import trimesh
 from numpy.typing import ArrayLike, NDArray
 
 MAX_FACES = 25_000
-"""Triangles of a drawn mesh. Chosen: 0.5 MB of a page each; more show finer details, and load more slowly."""
+"""Most triangles of a drawn mesh. Chosen: they take 0.5 MB of a page; more show finer details, but load more slowly."""
 CREASE = np.radians(35.0)
-"""Edges that bend by more are drawn sharp. Chosen: cylinders of 11 sides or more look round, chamfers of 45° do not."""
+"""Edges with a larger angle are drawn sharp.
+
+Chosen: cylinders of 11 sides or more look round, chamfers of 45° do not.
+"""
 MATCHED_EDGES = 0.995
-"""Share of edges with faces on both sides that makes a mesh closed. Chosen: a few flaws pass, a hole does not."""
+"""Fraction of edges with faces on both sides that makes a mesh closed. Chosen: a few flaws pass, a hole does not."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +29,7 @@ class Triangles:
         vertices: (V, 3), m.
         faces: Indices of corners, (F, 3).
         colors: RGB of the vertices, (V, 3), or None.
-        closed: Whether it has an inside that cannot be seen.
+        closed: Whether it encloses a volume, so that its inside cannot be seen.
     """
 
     vertices: NDArray[np.float32]
@@ -41,7 +44,7 @@ class Triangles:
 
     @classmethod
     def joined(cls, pieces: Sequence[Triangles]) -> Self:
-        """Several as one; colours only if all have them."""
+        """Several meshes as one; with colours only if all have them."""
         offsets = np.cumsum([0, *(len(piece.vertices) for piece in pieces)])
         colors = [piece.colors for piece in pieces if piece.colors is not None]
         return cls(
@@ -57,9 +60,9 @@ class Triangles:
 
 
 def tidy(mesh: Triangles, max_faces: int = MAX_FACES) -> Triangles:
-    """The same shape, light and ready for smooth shading: corners merged, detail limited, sharp edges split."""
+    """The same shape for smooth shading: corners merged, faces limited to `max_faces`, sharp edges split."""
     mesh = _finite(mesh)
-    if len(mesh.faces) <= 4 * max_faces:  # else all corners are merged in cells below
+    if len(mesh.faces) <= 4 * max_faces:  # otherwise all corners are merged in cells below
         mesh = _merged(mesh)
     if len(mesh.faces) > max_faces:
         mesh = _thinned(mesh, max_faces)
@@ -67,7 +70,7 @@ def tidy(mesh: Triangles, max_faces: int = MAX_FACES) -> Triangles:
 
 
 def _is_closed(mesh: Triangles) -> bool:
-    """Whether next to every edge is walked in both directions, and around a positive volume."""
+    """Whether almost every edge is used in both directions, and the enclosed volume is positive."""
     if len(mesh.faces) == 0:
         return False
     faces = mesh.faces.astype(np.int64)
@@ -77,7 +80,7 @@ def _is_closed(mesh: Triangles) -> bool:
 
 
 def signed_volume(mesh: Triangles) -> float:
-    """The volume inside, m³; negative if the faces look inwards."""
+    """The enclosed volume, m³; negative if the faces point inwards."""
     a, b, c = np.moveaxis(mesh.vertices.astype(float)[mesh.faces], 1, 0)
     return float(np.einsum("fi,fi->", a, np.cross(b, c)) / 6)
 
@@ -89,7 +92,7 @@ def _finite(mesh: Triangles) -> Triangles:
 
 
 def _merged(mesh: Triangles, cell: float = 0.0) -> Triangles:
-    """Vertices at one place, or in one cell of that size, made one, and the faces that collapse dropped."""
+    """Merges vertices at the same place, or in the same cell of this size, and drops faces that collapse."""
     if len(mesh.faces) == 0:
         return mesh
     used = mesh.vertices[mesh.faces.ravel()]
@@ -101,7 +104,7 @@ def _merged(mesh: Triangles, cell: float = 0.0) -> Triangles:
 
 
 def _keys(points: NDArray[np.float32], cell: float) -> NDArray[np.int64]:
-    """A number for each point, the same for those in one cell, or for cell 0 at one place: sorting numbers is fast."""
+    """An integer for each point, equal within one cell, or for cell 0 at one place: integers sort fast."""
     if cell > 0:
         places = np.floor((points - points.min(axis=0)) / cell).astype(np.int64)
         x, y, z = np.ascontiguousarray(np.minimum(places, 2**20).T)
@@ -112,19 +115,19 @@ def _keys(points: NDArray[np.float32], cell: float) -> NDArray[np.int64]:
     keys = (mixed ^ (mixed >> np.uint64(32))).view(np.int64)
     order = np.argsort(keys, kind="stable")
     same = np.diff(keys[order]) == 0
-    if not (points[order[1:]][same] == points[order[:-1]][same]).all():  # two places with one number
+    if not (points[order[1:]][same] == points[order[:-1]][same]).all():  # two places have the same integer
         _, keys = np.unique(points + np.float32(0), axis=0, return_inverse=True)
     return np.asarray(keys).reshape(-1)
 
 
 def _thinned(mesh: Triangles, max_faces: int) -> Triangles:
-    """Vertices merged in ever larger cells until there are few enough faces."""
+    """Merges vertices in ever larger cells until there are few enough faces."""
     size = float(np.linalg.norm(mesh.bounds[1] - mesh.bounds[0]))
     cells = 400.0
     while len(mesh.faces) > max_faces and cells > 10:
         mesh = _merged(mesh, size / cells)
         mesh = Triangles(mesh.vertices, _without_copies(mesh.faces), mesh.colors)
-        # Faces go with the square of the cells: far above the goal steps are larger.
+        # The number of faces falls with the square of the cell size: far above the goal steps are larger.
         cells *= min(0.8, max(0.4, 1.2 * (max_faces / max(len(mesh.faces), 1)) ** 0.5))
     return mesh
 
@@ -137,7 +140,7 @@ def _without_copies(faces: NDArray[np.uint32]) -> NDArray[np.uint32]:
 
 
 def _split_at_creases(mesh: Triangles, angle: float = float(CREASE)) -> Triangles:
-    """A vertex of its own for every smooth patch that meets there, so that its normal is not smeared over an edge."""
+    """Gives each smooth patch at a corner a vertex of its own: no normal is averaged over a sharp edge."""
     if len(mesh.faces) == 0:
         return mesh
     shape: Any = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)

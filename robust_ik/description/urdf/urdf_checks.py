@@ -1,4 +1,4 @@
-"""Checks the XML of a URDF before anything else looks at it."""
+"""Checks the XML of a URDF before any other parser reads it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from robust_ik.description.xml_bounds import SRDF, URDF, XmlBounds, keeps_bracke
 from robust_ik.errors import UrdfError
 
 MAX_DEPTH = 1000
-"""Joints from the root to a leaf; the parsers below recurse."""
+"""Most joints from the root to a leaf; the parsers that follow recurse."""
 _NAMES = ("link", "joint", "name")
 _DECLARATION = re.compile(r"\ufeff?<\?xml[^>]*\?>")
 _OTHERS = {
@@ -28,12 +28,12 @@ _OTHERS = {
 
 
 def safe_tree(xml: str | bytes, kind: str = "a URDF", notes: Notes | None = None) -> Any:
-    """The XML tree of a URDF or of its like, with no entity expanded, no DTD loaded, nothing fetched.
+    """The XML tree of a URDF or a similar file; no entity is expanded, no DTD loaded, nothing fetched.
 
     Args:
         xml: The text.
         kind: What it is, for messages.
-        notes: Where it is said what had to be mended.
+        notes: Repairs are added to these.
     """
     bounds = SRDF if kind == "an SRDF" else URDF
     bounds.check(xml)
@@ -52,7 +52,7 @@ def safe_tree(xml: str | bytes, kind: str = "a URDF", notes: Notes | None = None
 
 
 def _parsed(xml: str | bytes, notes: Notes, bounds: XmlBounds) -> Any:
-    """The tree of strict XML; of what it could be mended to, if it is none."""
+    """The tree of strict XML; if it is not strict, the tree of the repaired text."""
     text = xml if isinstance(xml, bytes) else _bytes(xml, notes)
     why = "it declares an encoding that is no relative of ASCII"
     if isinstance(xml, str) or keeps_brackets(xml):
@@ -65,7 +65,7 @@ def _parsed(xml: str | bytes, notes: Notes, bounds: XmlBounds) -> Any:
         bounds.check(mended)
         try:
             return _strict(mended.encode())
-        except etree.XMLSyntaxError as error:  # what is still amiss, rather than what could be mended
+        except etree.XMLSyntaxError as error:  # the error that is left after the repair
             why = error.msg[:300]
         except UnicodeEncodeError as error:
             why = error.reason
@@ -91,7 +91,7 @@ def _doctype(kind: str) -> str:
 
 
 def _bytes(xml: str, notes: Notes) -> bytes:
-    """Text as UTF-8 bytes; what it declares of its encoding is no longer so and dropped."""
+    """Text as UTF-8 bytes, without the declaration of its encoding, which would no longer be true."""
     declared = _DECLARATION.match(xml)
     if declared is not None:
         note_version(declared[0], notes)
@@ -103,7 +103,7 @@ def _bytes(xml: str, notes: Notes) -> bytes:
 
 
 def _drop_default_namespaces(root: Any) -> bool:
-    """Takes the names of elements as they are written, as readers that know no namespaces do."""
+    """Takes the names of elements as they are written, like readers that know no namespaces."""
     dropped = False
     for element in root.iter("{*}*"):
         if element.prefix is None and element.tag.startswith("{"):
@@ -115,7 +115,7 @@ def _drop_default_namespaces(root: Any) -> bool:
 
 
 def check_tree(root: Any) -> None:
-    """Refuses names, references and origins with which the links and joints are no tree in space."""
+    """Raises unless names, references and origins make the links and joints a tree."""
     _tidy_blanks(root)
     if not root.get("name"):
         root.set("name", "robot")
@@ -135,7 +135,7 @@ def check_tree(root: Any) -> None:
 
 
 def _tidy_blanks(root: Any) -> None:
-    """Puts one blank between numbers, which is all that Pinocchio's reader takes."""
+    """Separates numbers by one blank, since Pinocchio's reader accepts nothing else."""
     for path in ("joint/*", "link/inertial/*"):
         for element in root.iterfind(path):
             for attribute, text in element.attrib.items():

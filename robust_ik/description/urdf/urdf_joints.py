@@ -1,4 +1,4 @@
-"""What the joints of a URDF say: a joint that cannot move as written is a problem only of the chains that need it."""
+"""Reads the joints of a URDF; a joint that cannot move as written is an error only for chains that need it."""
 
 from __future__ import annotations
 
@@ -14,9 +14,12 @@ from robust_ik.description.urdf.urdf_numbers import LARGEST, are_numbers, number
 
 JOINT_TYPES = (*MOVING_TYPES, "fixed", "floating", "planar")
 LEAST_AXIS = 1e-6
-"""Length below which an axis is zero. Chosen: URDF asks for 1, files write other lengths, rounding leaves less."""
+"""Length below which an axis is zero.
+
+Chosen: URDF asks for 1, files write other lengths, rounding leaves less than this.
+"""
 LARGEST_LIMIT = 1e18
-"""Limits are written as large as 1e16."""
+"""Largest limit; files have limits as large as 1e16."""
 STANDS = "it stands still at zero, and a tip that it moves is refused"
 _UNUSED = {
     "dynamics": ("damping", "friction"),
@@ -27,10 +30,10 @@ _MOVES = ("axis", "limit", "mimic", *_UNUSED)
 
 
 def mend_joints(root: Any, notes: Notes) -> dict[str, tuple[str, str]]:
-    """Writes joints out in full; makes those that cannot move fixed.
+    """Writes joints out in full, and makes those that cannot move fixed.
 
     Returns:
-        By name the kind of those that cannot move, and why.
+        For those that cannot move, by name: the kind and the reason.
     """
     problems: dict[str, tuple[str, str]] = {}
     joints = root.findall("joint")
@@ -59,7 +62,7 @@ def _drop(joint: Any, tags: Sequence[str]) -> None:
 
 
 def _drop_unused(joint: Any, notes: Notes) -> None:
-    """Drops what kinematics never use where it cannot be read."""
+    """Drops unreadable elements that kinematics never use."""
     for tag, attributes in _UNUSED.items():
         for element in joint.findall(tag):
             readable = all(are_numbers(element.get(attribute), 1, LARGEST_LIMIT) for attribute in attributes)
@@ -74,7 +77,7 @@ def _drop_unused(joint: Any, notes: Notes) -> None:
 
 
 def _problem(joint: Any, notes: Notes) -> str:
-    """Why a joint cannot move as it should; empty if it can."""
+    """The reason why a joint cannot move as written; empty if it can."""
     kind = joint.get("type")
     if kind not in JOINT_TYPES:
         given = None if kind is None else shown(kind)
@@ -145,7 +148,7 @@ def _no_number(element: Any, attribute: str, largest: float) -> str:
 
 
 def _circles(joints: list[Any]) -> dict[str, list[str]]:
-    """The joints that follow one another in a circle, each with the way round, cut after ten."""
+    """Joints that mimic each other in a circle, each with the first ten joints of its circle."""
     follows = {joint.get("name"): mimic.get("joint") for joint in joints if (mimic := joint.find("mimic")) is not None}
     done: set[str] = set()
     circles: dict[str, list[str]] = {}
@@ -163,13 +166,13 @@ def _circles(joints: list[Any]) -> dict[str, list[str]]:
 
 
 def _straighten(root: Any, notes: Notes) -> None:
-    """Says in full what a URDF may leave out and what the parsers below take differently."""
+    """Writes out defaults that a URDF may leave out, and forms that the later parsers read differently."""
     followed = {mimic.get("joint") for mimic in root.iterfind("joint/mimic")}
     for joint in root.findall("joint"):
         if joint.get("type") in MOVING_TYPES:
             _write_axis(joint, notes)
         if joint.get("type") == "continuous" and (joint.get("name") in followed or joint.find("mimic") is not None):
-            # As (cos, sin) its number of turns would be lost on the joints that follow it.
+            # As (cos, sin) it would lose its number of turns, which the joints that follow it need.
             joint.set("type", "revolute")
             for limit in joint.findall("limit"):
                 joint.remove(limit)
@@ -182,7 +185,7 @@ def _straighten(root: Any, notes: Notes) -> None:
 
 
 def _write_axis(joint: Any, notes: Notes) -> None:
-    """The unit axis, x where none is written."""
+    """Writes the unit axis; it is x if the file has none."""
     axis = joint.find("axis")
     if axis is not None and axis.get("xyz") is None:
         notes.add("has an <axis> without xyz, which is taken as x", named("joint", joint.get("name")))

@@ -1,4 +1,4 @@
-"""Numbers as a URDF writes them."""
+"""Reads numbers in a URDF."""
 
 from __future__ import annotations
 
@@ -6,20 +6,20 @@ import math
 import re
 
 LARGEST = 1e6
-"""Metres and radians as written, far below where products overflow."""
+"""Largest number of metres or radians as written; products overflow far above it."""
 LONGEST = 80
-"""Characters of a text that are shown."""
+"""Most characters of a text that are shown."""
 _NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")
 
 
 def numbers(text: str, largest: float = LARGEST) -> tuple[float, ...] | None:
-    """The numbers of a text, with blanks between them; None if a word is no number or is larger than `largest`."""
+    """The numbers of a text, separated by blanks; None if a word is not a number or is larger than `largest`."""
     found = tuple(float(word) if _NUMBER.fullmatch(word) else math.nan for word in text.split())
     return found if all(abs(number) <= largest for number in found) else None
 
 
 def are_numbers(text: str | None, count: int, largest: float = LARGEST) -> bool:
-    """Whether a text holds so many numbers; a text that is not there may be left out."""
+    """Whether a text holds `count` numbers; a missing text passes."""
     if text is None:
         return True
     found = numbers(text, largest)
@@ -27,5 +27,5 @@ def are_numbers(text: str | None, count: int, largest: float = LARGEST) -> bool:
 
 
 def shown(text: str) -> str:
-    """A text for a message, cut where it is long."""
+    """A text for a message; a long one is cut."""
     return repr(text if len(text) <= LONGEST else text[:LONGEST] + "…")

@@ -1,4 +1,4 @@
-"""Reads a URDF: checks the XML before anything else looks at it, then lets yourdfpy read it."""
+"""Reads a URDF: its XML is checked first, then yourdfpy parses it."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ from robust_ik.errors import InputError, UrdfError, cut, listed
 from robust_ik.runtime.files import read_file
 
 MAX_BYTES = 50_000_000
-"""Of a URDF file. Chosen: over two hundred times the largest of example-robot-data (0.21 MB)."""
+"""Most bytes of a URDF file. Chosen: over two hundred times the largest of example-robot-data (0.21 MB)."""
 SEEMS_DEGREES = 8 * math.pi
-"""Limits of more than four turns are asked about."""
+"""Limits of more than four turns are noted as perhaps in degrees."""
 MOST_DEGREES = 1e4
-"""So many degrees nobody means."""
+"""Limits of more than this many degrees are not noted: nobody means them."""
 NO_LIMIT = 1e6
-"""A position limit as large as this is written for none."""
+"""A position limit of at least this magnitude stands for no limit."""
 
 
 def read_urdf(
@@ -45,14 +45,14 @@ def read_urdf(
 
     Args:
         path: The file.
-        package_dirs: Folders of packages that `package://` paths name, and further folders meshes may lie in.
+        package_dirs: Folders of packages for `package://` paths, and further folders where meshes may lie.
         xacro_args: Values of the arguments of a `.xacro` file.
 
     Raises:
         RobotNotFoundError: There is no such file.
         LoadError: The file cannot be read.
         UrdfError: It is broken, unsafe or not supported; the message names the place.
-        InputError: There are arguments, but it is no `.xacro` file.
+        InputError: `xacro_args` are given, but it is no `.xacro` file.
     """
     data: str | bytes
     full, data = read_file(path, MAX_BYTES)
@@ -113,10 +113,10 @@ def parse_urdf(
 
 
 def _check_whole(root: Any, left: bool) -> None:
-    """Checks the tree; if it is none, and xacro was left in it, that is why.
+    """Checks that links and joints form a tree; if they do not because xacro is left in the file, says so.
 
     Raises:
-        UrdfError: It is no tree.
+        UrdfError: They do not.
     """
     try:
         check_tree(root)
@@ -127,7 +127,7 @@ def _check_whole(root: Any, left: bool) -> None:
 
 
 def fix_joints(xml: str, keep: set[str]) -> str:
-    """URDF text in which every joint outside `keep` is fixed at zero, and nothing has a shape."""
+    """URDF text in which all joints outside `keep` are fixed at zero, without shapes."""
     root = etree.fromstring(xml.encode())
     for shape in [*root.iterfind("link/visual"), *root.iterfind("link/collision"), *root.iterfind("material")]:
         shape.getparent().remove(shape)
@@ -138,11 +138,11 @@ def fix_joints(xml: str, keep: set[str]) -> str:
 
 
 def lock_slides(description: Description, values: Mapping[str, float]) -> Description:
-    """The description with joints that slide fixed where they are.
+    """The description with sliding joints fixed at given positions.
 
     Args:
         description: A description.
-        values: Position of each of these joints, m, by name; they slide, and so do all that follow them.
+        values: Positions of the joints to fix, m, by name; these joints slide, and so do all that follow them.
     """
     root = etree.fromstring(description.xml.encode())
     places = {name: driver.multiplier * values[driver.source] + driver.offset
@@ -157,7 +157,7 @@ def lock_slides(description: Description, values: Mapping[str, float]) -> Descri
 
 
 def _fix_slide(joint: Any, place: float) -> None:
-    """Makes a joint fixed, its origin where the slide is at `place`, m."""
+    """Makes a joint fixed, with its origin where the slide is at `place`, m."""
     origin = joint.find("origin")
     if origin is None:
         origin = etree.SubElement(joint, "origin")
@@ -173,12 +173,12 @@ def _fix_slide(joint: Any, place: float) -> None:
 
 
 def _parse(root: Any) -> Any:
-    """Yourdfpy's reading of the checked tree."""
-    import yourdfpy  # takes half a second: only where a file is read
+    """The robot that yourdfpy makes of the checked tree."""
+    import yourdfpy  # takes half a second: imported only if a file is read
 
     try:
         return yourdfpy.URDF.load(io.BytesIO(etree.tostring(root)), build_scene_graph=False, load_meshes=False).robot
-    except Exception as error:  # yourdfpy raises whatever its parsing trips over
+    except Exception as error:  # yourdfpy raises any error on input it cannot parse
         raise UrdfError(f"cannot be read: {type(error).__name__}: {error}") from error
 
 
@@ -195,7 +195,7 @@ def _joint(joint: Any, moving: set[str], problems: dict[str, tuple[str, str]], n
 
 
 def _limits(joint: Any, notes: Notes) -> tuple[float, float]:
-    """Position limits, infinite where none are stated."""
+    """Position limits; infinite if not stated."""
     limit, name = joint.limit, named("joint", joint.name)
     if limit is None or joint.type not in ("revolute", "prismatic"):
         return -math.inf, math.inf

@@ -1,4 +1,4 @@
-"""Rotations of URDF 1.1, written as quaternions: turned into the angles that every reader takes."""
+"""Converts rotations of URDF 1.1, written as quaternions, to angles, which every reader understands."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ KNOWN = ("1.0", "1.1", "1.2")
 
 
 def write_rotations(root: Any, notes: Notes) -> None:
-    """Writes `quat_xyzw` of origins as `rpy`, in files of a version that has it; takes the version away.
+    """Writes `quat_xyzw` of origins as `rpy`, in files of a version that has it, and removes the version.
 
     Raises:
         UrdfError: A joint's quaternion cannot be read, or stands beside angles.
@@ -45,7 +45,7 @@ def _write_angles(origin: Any, text: str, name: str, needed: bool) -> None:
             f"without rpy beside them (in {name})"
         )
     else:
-        origin.set("rpy", text)  # which is no three numbers, so that the shape is left out
+        origin.set("rpy", text)  # not three numbers, so that the shape is left out
 
 
 def _angles(x: float, y: float, z: float, w: float) -> tuple[float, float, float]:
@@ -54,7 +54,7 @@ def _angles(x: float, y: float, z: float, w: float) -> tuple[float, float, float
     x, y, z, w = x / length, y / length, z / length, w / length
     first, second, third = 1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)
     flat = math.hypot(first, second)
-    if flat < 1e-12:  # looking straight up or down: only the difference of roll and yaw counts
+    if flat < 1e-12:  # pitch of ±90°: only the difference of roll and yaw counts
         return 0.0, math.atan2(-third, flat), math.atan2(-2 * (x * y - w * z), 1 - 2 * (x * x + z * z))
     roll = math.atan2(2 * (y * z + w * x), 1 - 2 * (x * x + y * y))
     return roll, math.atan2(-third, flat), math.atan2(second, first)

@@ -1,4 +1,4 @@
-"""The shapes of a URDF: leaves out what cannot be read, and turns the others into values."""
+"""Reads the shapes of a URDF; unreadable ones are left out."""
 
 from __future__ import annotations
 
@@ -17,11 +17,14 @@ _NEEDED = {"box": {"size": 3}, "sphere": {"radius": 1}, "cylinder": {"radius": 1
 _LEFT_OUT = "it is left out, in drawings and where collisions are looked for"
 _MASSES = {"mass": ("value",), "inertia": ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")}
 LARGEST_MASS = 1e18
-"""kg and kg m². Chosen: as large as limits may be (`urdf_joints.LARGEST_LIMIT`), far below where products overflow."""
+"""Largest mass, kg, and inertia, kg m².
+
+Chosen: as large as limits may be (`urdf_joints.LARGEST_LIMIT`), far below overflow.
+"""
 
 
 def mend_shapes(root: Any, notes: Notes) -> None:
-    """Leaves out shapes, colours and masses that cannot be read, which kinematics can do without."""
+    """Leaves out shapes, colours and masses that cannot be read: kinematics do not need them."""
     for link in root.findall("link"):
         name = named("link", link.get("name"))
         _mend_masses(link, name, notes)
@@ -52,12 +55,12 @@ def _mend_masses(link: Any, name: str, notes: Notes) -> None:
 
 
 def _is_whole(element: Any, attributes: tuple[str, ...]) -> bool:
-    """Whether an element is there with all its numbers, so that Pinocchio's reader has nothing to print."""
+    """Whether an element exists with all its numbers; else Pinocchio's reader would print a warning."""
     return element is not None and all(are_numbers(element.get(each, ""), 1, LARGEST_MASS) for each in attributes)
 
 
 def _mend_colour(material: Any, name: str, notes: Notes) -> None:
-    """Makes a colour four numbers: the first ones if there are more, opaque if there are three."""
+    """Makes a colour four numbers: the first four if there are more, opaque if there are three."""
     for color in material.findall("color"):
         found = numbers(color.get("rgba", ""))
         if found is not None and len(found) == 4:
@@ -71,7 +74,7 @@ def _mend_colour(material: Any, name: str, notes: Notes) -> None:
 
 
 def _problem(part: Any) -> str:
-    """Why a shape cannot be read; empty if it can."""
+    """The reason why a shape cannot be read; empty if it can."""
     for origin in part.findall("origin"):
         for attribute in ("xyz", "rpy"):
             if not are_numbers(origin.get(attribute), 3):

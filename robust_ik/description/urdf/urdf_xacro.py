@@ -1,4 +1,4 @@
-"""Tells a URDF from xacro that was not expanded, which is a program that writes one."""
+"""Recognises xacro that was not expanded: xacro is a program that writes a URDF."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ HOW = (
 )
 _SUBSTITUTION = re.compile(r"\$[{(]")
 _HARMLESS = ("property", "arg", "macro", "include")
-"""What adds no link and no joint where it stands; an include is noted all the same."""
+"""Xacro elements that add no link and no joint themselves; an include is still noted."""
 _BUILDS = ("if", "unless", "insert_block", "element", "attribute", "call")
 
 
 def check_expanded(root: Any, notes: Notes) -> bool:
-    """Refuses xacro that would still change links and joints; notes and drops what is left of it.
+    """Raises on xacro that would still change links and joints; other rests of xacro are noted and dropped.
 
     Returns:
-        Whether something was left.
+        Whether xacro was left in the file.
 
     Raises:
         UrdfError: The file is unexpanded xacro.
@@ -58,9 +58,9 @@ def _is_xacro(element: Any) -> bool:
 
 
 def _would_add(element: Any, parent: Any, defines: bool) -> bool:
-    """Whether xacro would put something that kinematics need in the place of an element.
+    """Whether xacro would replace an element by something that kinematics need.
 
-    A call of a macro in a file that neither defines nor includes any is left over from an expansion by hand.
+    A call of a macro in a file that neither defines nor includes one is a rest of an expansion by hand.
     """
     name, space = etree.QName(element).localname, etree.QName(element).namespace
     if parent.tag == "link" or space.startswith("urn:undeclared:") or name in _HARMLESS:
@@ -69,7 +69,7 @@ def _would_add(element: Any, parent: Any, defines: bool) -> bool:
 
 
 def _kinematic(root: Any) -> Iterator[Any]:
-    """Links and joints, and what is inside joints."""
+    """Links and joints, and the elements inside joints."""
     yield from root.iterchildren("link")
     for joint in root.iterchildren("joint"):
         yield from joint.iter("*")

@@ -1,4 +1,4 @@
-"""Xacro files, expanded to URDF text by xacrodoc, where that is installed: ROS is not needed."""
+"""Expands xacro files to URDF text by xacrodoc, if installed; ROS is not needed."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from robust_ik.errors import InputError, LoadError, UrdfError, cut
 
 SUFFIX = ".xacro"
 SECONDS = 60
-"""A file that takes longer is given up."""
+"""Seconds after which an expansion is stopped."""
 MEMORY = 1_000_000_000
-"""Bytes of address space of the process that expands. Chosen: forty times the 25 MB of xacrodoc by itself."""
+"""Most bytes of address space of the process that expands. Chosen: forty times the 25 MB of xacrodoc by itself."""
 MOST_CHARACTERS = 50_000_000
-"""Of the URDF that comes out: as many as a URDF file may have bytes, `urdf_reader.MAX_BYTES`."""
+"""Most characters of the expanded URDF: as many as a URDF file may have bytes, `urdf_reader.MAX_BYTES`."""
 _START = """
 import json, sys
 sys.path[:] = json.loads(sys.argv[1])
@@ -28,10 +28,10 @@ main()
 
 
 def checked_arguments(arguments: Mapping[str, object] | None) -> dict[str, str]:
-    """Arguments of a xacro file as it takes them; booleans are written as xacro reads them.
+    """Arguments of a xacro file as text; booleans are written as xacro reads them.
 
     Raises:
-        InputError: They are no mapping, or a name is none.
+        InputError: They are no mapping, or a name is not valid.
     """
     if arguments is None:
         return {}
@@ -46,12 +46,12 @@ def checked_arguments(arguments: Mapping[str, object] | None) -> dict[str, str]:
 def expand(path: Path, arguments: Mapping[str, str], package_dirs: Sequence[str | Path] = ()) -> str:
     """The URDF text that a xacro file writes.
 
-    It runs in a process of its own, for a minute at the most, which may read the robot's folders and packages only.
+    A process of its own does it, in a minute at the most; it may read the robot's folders and packages only.
 
     Args:
         path: The file, absolute.
         arguments: Values of its <xacro:arg>.
-        package_dirs: Where packages lie that `$(find …)` names.
+        package_dirs: Folders of packages for `$(find …)`.
 
     Raises:
         LoadError: xacrodoc is not installed.
@@ -83,7 +83,7 @@ def expand(path: Path, arguments: Mapping[str, str], package_dirs: Sequence[str 
 
 
 def _sentence(answer: Mapping[str, str]) -> str:
-    """The error in one line, with what to do about it."""
+    """The error in one line, with advice."""
     error = " ".join(answer["error"].split())
     if "Undefined substitution argument" in error:
         error += "; give it by xacro_args= (--xacro-arg NAME:=VALUE)"

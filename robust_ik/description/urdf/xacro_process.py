@@ -1,8 +1,8 @@
 """Expands one xacro file, in a process of its own that `xacro_files` starts.
 
-A xacro file is a program. The process may read packages and the robot's own tree, and write, start and reach nothing:
-an audit hook refuses what is asked of the system once the libraries are there. That bounds clumsy files and plain
-attacks; it is no prison for code that was written to break out of one.
+A xacro file is a program. The process may read packages and the robot's own tree; it must not write files, start
+programs or use the network. An audit hook enforces this once the libraries are imported. It stops careless files and
+simple attacks; it does not stop code that was written to break out of it.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ FORBIDDEN = (
     "os.posix_spawn", "os.remove", "os.rename", "os.rmdir", "os.spawn", "os.startfile", "os.symlink", "os.system",
     "os.truncate", "pty.", "shutil.", "socket.", "sqlite3.", "subprocess.", "urllib.", "webbrowser.", "winreg.",
 )  # fmt: skip
-"""Audit events of Python's that no robot needs."""
+"""Python's audit events that no robot needs."""
 
 
 class _Readable:
-    """The folders that may be read: the robot's, those of packages as they are found, Python's own."""
+    """The folders that may be read: the robot's, those of the packages found, and Python's own."""
 
     def __init__(self, paths: MeshPaths) -> None:
         self.paths = paths
@@ -44,7 +44,7 @@ class _Readable:
         return str(found)
 
     def audit(self, event: str, arguments: tuple[Any, ...]) -> None:
-        """What Python calls before it asks something of the system."""
+        """The audit hook: Python calls it before each request to the system."""
         if event.startswith(FORBIDDEN):
             raise PermissionError(errno.EPERM, "a xacro file may not do this", event)
         if event == "open" and isinstance(arguments[0], (str, bytes, os.PathLike)):
@@ -59,7 +59,7 @@ class _Readable:
 
 
 def main() -> None:
-    """Reads what to do as JSON from standard input; writes the URDF, or the error, as JSON to standard output."""
+    """Reads the request as JSON from standard input; writes the URDF, or the error, as JSON to standard output."""
     job = json.load(sys.stdin)
     _bound_memory(job["memory"])
     answer = {}
@@ -86,7 +86,7 @@ def _expand(path: Path, arguments: dict[str, str], package_dirs: list[str]) -> s
 
 
 def _bound_memory(most: int) -> None:
-    """Lets the process have so many bytes at the most, where the system can do that."""
+    """Limits the memory of the process to `most` bytes, if the system can do that."""
     try:
         import resource
 

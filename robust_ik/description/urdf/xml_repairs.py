@@ -1,7 +1,7 @@
-"""Mends what lenient XML readers pass over and strict ones refuse, element by element: none is added, none is dropped.
+"""Repairs XML that lenient readers accept and strict ones refuse, without adding or dropping an element.
 
-The readers of Pinocchio and ROS know no namespaces, encodings or versions. What they read is written anew in strict
-XML; what they refuse as well is left for the strict parser to refuse.
+The readers of Pinocchio and ROS know no namespaces, encodings or versions. What they accept is rewritten as strict XML;
+what they refuse too is left for the strict parser to refuse.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ class _GiveUpError(Exception):
 
 
 def decoded(data: bytes) -> tuple[str, bool]:
-    """The text of bytes, and whether some of them had to be guessed.
+    """The text of bytes, and whether some of them were guessed.
 
-    A byte order mark decides, then the declared encoding where it fits; else it is UTF-8, and bytes that cannot be
-    are taken as Windows-1252, which Latin-1 is a part of.
+    A byte order mark decides, then the declared encoding if it is known. Otherwise the text is UTF-8, and bytes that
+    are not are taken as Windows-1252, which includes Latin-1.
     """
     for mark, encoding in ((b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16")):
         if data.startswith(mark):
@@ -58,11 +58,11 @@ def _western(found: re.Match[str]) -> str:
 
 
 def repaired(data: str | bytes, notes: Notes) -> str | None:
-    """The text as strict XML without a declaration, or None where it cannot be mended.
+    """The text as strict XML without a declaration, or None if it cannot be repaired.
 
     Args:
-        data: What a strict parser refused.
-        notes: Where it is said what was mended.
+        data: Text that a strict parser refused.
+        notes: Repairs are added to these.
     """
     text, guessed = decoded(data) if isinstance(data, bytes) else (data, False)
     if len(text) > MOST_CHARACTERS:
@@ -108,7 +108,7 @@ def _allowed_reference(found: re.Match[str]) -> str:
 
 
 class _Mending:
-    """Writes markup anew, and remembers the prefixes that it met."""
+    """Rewrites markup, and collects the prefixes in it."""
 
     def __init__(self, notes: Notes) -> None:
         self.notes = notes
@@ -117,7 +117,7 @@ class _Mending:
         self.declared: set[str] = {"xml", "xmlns"}
 
     def pieces(self, text: str) -> Iterator[str]:
-        """The text again, tag by tag; lines stay where they are."""
+        """The rewritten text, tag by tag; line numbers do not change."""
         place = 0
         while (start := text.find("<", place)) >= 0:
             yield self._content(text[place:start])
@@ -197,7 +197,7 @@ class _Mending:
         return f"{prefix}:{local.replace(':', '.')}"
 
     def declare_prefixes(self, text: str) -> str:
-        """The text with every prefix that it uses declared by the root element."""
+        """The text with a declaration, in the root element, of each prefix that it uses."""
         missing = [prefix for prefix in self.used if prefix not in self.declared]
         for prefix in missing:
             self.notes.add("an XML prefix that nothing declares is part of the name", f"<{self.used[prefix]}>")

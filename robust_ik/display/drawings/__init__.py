@@ -1,1 +1,1 @@
-"""Robots, runs and families as drawings in a scene."""
+"""Drawings of robots, runs and families in a scene."""

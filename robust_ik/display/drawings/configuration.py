@@ -1,4 +1,4 @@
-"""One configuration of a robot to look at: what the tip cannot do there, and how well it can do the rest."""
+"""Draws one configuration of a robot, with its lost directions and its manipulability."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ def draw_configuration(scene: Scene, robot: Robot, q: ArrayLike | None = None, *
     """Draws a robot with its lost directions and its manipulability ellipsoid, in place of what was there.
 
     Args:
-        scene: Where.
-        robot: The robot; of one without a tip only its shape is drawn.
+        scene: The scene.
+        robot: The robot; without a tip only its shape is drawn.
         q: Configuration, (nq,); default `robot.rest`.
         gamma: A direction counts as being lost below this fraction of the largest singular value.
     """

@@ -1,4 +1,4 @@
-"""Families of singular configurations in a scene: the robot and its marks drawn once, two animations for each."""
+"""Draws families of singular configurations: the robot and its marks once, two animations for each family."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ from robust_ik.kinematics.svd import svd
 from robust_ik.robot.robot import Robot
 
 MARK, TRAIL = 0.28, 0.005
-"""Size of marks and thickness of trails as parts of the radius of what is seen."""
+"""Size of marks and thickness of trails, as fractions of the radius of the view."""
 LOOKS = 5
-"""Times of each motion at which all of the robot must be in sight."""
+"""Number of times in each motion at which the whole robot must be in view."""
 
 
 @dataclass(frozen=True, eq=False)
 class DrawnMotion:
-    """A motion that is in a scene.
+    """A motion in a scene.
 
     Attributes:
         motion: The motion.
-        animation: Robot and marks under way.
+        animation: The animation of robot and marks.
         trail: The node of the tip's path, hidden.
     """
 
@@ -43,12 +43,12 @@ class DrawnMotion:
 
 @dataclass(frozen=True, eq=False)
 class DrawnFamilies:
-    """Families that are in a scene.
+    """Families in a scene.
 
     Attributes:
         robot: The robot.
-        walks: Through each family.
-        sways: Out of each.
+        walks: Motions through each family.
+        sways: Motions out of each family.
         groups: Nodes of the marks that can be hidden, by kind: lost, wrench, trail.
     """
 
@@ -59,12 +59,12 @@ class DrawnFamilies:
 
 
 def draw_families(scene: Scene, robot: Robot, shown: Sequence[Family]) -> DrawnFamilies:
-    """Draws families of one robot; of the animations none plays yet.
+    """Draws families of one robot, without starting an animation.
 
     Args:
-        scene: Where; what was drawn before is removed.
+        scene: The scene; earlier drawings are removed.
         robot: The robot.
-        shown: The families; without any the robot rests.
+        shown: The families; if there are none, the robot is drawn at rest.
     """
     scene.clear()
     start = robot.configuration(shown[0].walk.values[0]) if shown else robot.rest
@@ -97,7 +97,7 @@ def _animated(robot: DrawnRobot, groups: dict[str, Visualizer], motion: ShownMot
 
 
 def _place_camera(scene: Scene, robot: DrawnRobot, motions: Sequence[ShownMotion]) -> float:
-    """Floor and camera so that the arm is in sight wherever it goes; returns the radius of what is seen, m."""
+    """Places floor and camera so that the arm is always in view; returns the radius of the view, m."""
     points = [robot.extent(robot.robot.rest)]
     for motion in motions:
         which = np.linspace(0, len(motion.values) - 1, LOOKS).round().astype(int)
@@ -111,6 +111,6 @@ def _place_camera(scene: Scene, robot: DrawnRobot, motions: Sequence[ShownMotion
 
 
 def _most_lost(motions: Sequence[ShownMotion]) -> Array:
-    """The level direction in which most translations are lost: across the view, their arrows are seen best."""
+    """The horizontal direction with most lost translations: across the view, their arrows are seen best."""
     level = np.concatenate([np.swapaxes(motion.twists[:, :2], 0, 1).reshape(2, -1) for motion in motions], axis=1)
     return np.array([*svd(level @ level.T + 1e-12 * np.diag([1.0, 0.0])).U[:, 0], 0.0])

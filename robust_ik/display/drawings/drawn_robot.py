@@ -1,4 +1,4 @@
-"""A robot in a MeshCat scene: a node for each link, what it looks like below."""
+"""Draws a robot in a MeshCat scene: a node for each link, with its shapes below."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from robust_ik.display.scene.primitives import GREY, material, triangle_mesh
 from robust_ik.robot.robot import Robot
 
 Y_TO_Z = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
-"""Turns what three.js builds along y to lie along z, as the URDF's cylinders do."""
+"""Rotates shapes that three.js builds along y to lie along z, like the URDF's cylinders."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class MissingMesh:
     """A mesh that is not drawn.
 
     Attributes:
-        link: The link that it belongs to.
+        link: Its link.
         name: The path as the description writes it.
         reason: Why it is not drawn.
     """
@@ -42,14 +42,14 @@ class MissingMesh:
 
 @dataclass(frozen=True, eq=False)
 class DrawnRobot:
-    """A robot that is in a scene.
+    """A robot in a scene.
 
     Attributes:
         visualizer: The node that holds it.
         robot: The robot.
-        nodes: Node name of every link that has something to show.
-        missing_meshes: Meshes that a stand-in is drawn for.
-        corners: Corner points of what each link shows, in its frame, (8, 3).
+        nodes: Node name of every link that is drawn.
+        missing_meshes: Meshes that are replaced by stand-ins.
+        corners: Corners of the box around each link's shapes, in its frame, (8, 3).
     """
 
     visualizer: Visualizer
@@ -63,24 +63,24 @@ class DrawnRobot:
         return self.visualizer[self.nodes[link]]
 
     def show(self, q: ArrayLike) -> None:
-        """Moves it to a configuration, (nq,)."""
+        """Moves the robot to a configuration, (nq,)."""
         q = alone(as_array(q, "q", (self.robot.nq,)), "q", 1)
         for link in self.nodes:
             self.node(link).set_transform(self.robot.pose(q, link))
 
     def animate(self, tracks: Tracks, q: Array) -> None:
-        """Tracks along configurations (N, nq) for links that the joints move; the others stand where they were put."""
+        """Adds tracks along configurations (N, nq) for links that the joints move; other links keep their poses."""
         moved = set(self.robot.joint_names)
         for link in self.nodes:
             if moved & set(self.robot.description.moving_joints(link)):
                 tracks.pose(self.node(link), self.robot.pose(q, link))
 
     def poses(self, q: Array) -> dict[str, Array]:
-        """Poses (N, 4, 4) of the links that are drawn, at configurations (N, nq)."""
+        """Poses (N, 4, 4) of the drawn links at configurations (N, nq)."""
         return {link: self.robot.pose(q, link) for link in self.nodes}
 
     def extent(self, q: ArrayLike) -> Array:
-        """Least and greatest world coordinates of what is drawn at a configuration, (2, 3)."""
+        """Least and greatest world coordinates of the drawn robot at a configuration, (2, 3)."""
         points = [np.zeros((1, 3))]
         for link, corners in self.corners.items():
             T = self.robot.pose(q, link)
@@ -91,22 +91,22 @@ class DrawnRobot:
 
 @checked
 def draw_robot(visualizer: Visualizer, robot: Robot, q: ArrayLike | None = None) -> DrawnRobot:
-    """Puts a robot into a scene.
+    """Draws a robot in a scene.
 
-    A mesh that is missing or broken is listed in the result, and bones and knuckles are drawn in its place, as they
-    are for a robot that has no shapes at all.
+    A mesh that is missing or broken is listed in the result and replaced by bones and knuckles, as for a robot without
+    any shapes.
 
     Args:
-        visualizer: The node to put it below; what was there is removed.
+        visualizer: The node below which it is drawn; earlier drawings there are removed.
         robot: The robot.
-        q: Configuration to show it in, (nq,); default `robot.rest`.
+        q: Configuration, (nq,); default `robot.rest`.
     """
     q = robot.rest if q is None else alone(as_array(q, "q", (robot.nq,)), "q", 1)
     visualizer.delete()
     pencil = _Pencil(visualizer, robot)
     missing = tuple(pencil.draw_visuals())
     seen = {visual.link for visual in robot.description.visuals} - {lost.link for lost in missing}
-    # Where shapes are missing, what has none is drawn too: else the arm would end in mid-air.
+    # If shapes are missing, links without shapes are drawn too; otherwise the arm would have gaps.
     whole = bool(missing) or not robot.description.visuals
     bare = set(robot.description.links) - seen if whole else set()
     pencil.draw_stand_ins(link for link in robot.description.links if link in bare)
@@ -118,7 +118,7 @@ def draw_robot(visualizer: Visualizer, robot: Robot, q: ArrayLike | None = None)
 
 
 class _Pencil:
-    """Draws the shapes of one robot, each mesh file read once."""
+    """Draws the shapes of one robot, and reads each mesh file once."""
 
     def __init__(self, visualizer: Visualizer, robot: Robot) -> None:
         self.visualizer, self.robot = visualizer, robot
@@ -127,7 +127,7 @@ class _Pencil:
         self._read: dict[Mesh, tuple[Part, ...] | UnreadableMeshError] = {}
 
     def draw_visuals(self) -> Iterator[MissingMesh]:
-        """Every visual; yields those that cannot be drawn."""
+        """Draws all visuals; yields those that cannot be drawn."""
         for index, visual in enumerate(self.robot.description.visuals):
             if not isinstance(visual.shape, Mesh):
                 shape, half_size, turn = _primitive(visual.shape, visual.color or GREY)
@@ -142,7 +142,7 @@ class _Pencil:
                 self._put(visual.link, f"visual{index}_{number}", shape, visual.placement, part.triangles.bounds)
 
     def draw_stand_ins(self, links: Iterable[str]) -> None:
-        """Bones and knuckles for links."""
+        """Draws bones and knuckles for links."""
         skeleton = Skeleton.of(self.robot)
         for link in links:
             pieces = {"bones": (skeleton.bones(link), BONE), "knuckle": (skeleton.knuckle(link), KNUCKLE)}
@@ -167,7 +167,7 @@ class _Pencil:
 
 
 def _primitive(shape: Box | Sphere | Cylinder, color: Color) -> tuple[Any, Array, Array]:
-    """A meshcat object, half its size along its own axes, and the turn from the URDF's axes to its own."""
+    """A meshcat object, half its size along its own axes, and the rotation from the URDF's axes to its own."""
     look, turn = material(color), np.eye(4)
     if isinstance(shape, Box):
         return geometry.Mesh(geometry.Box(list(shape.size)), look), np.array(shape.size) / 2, turn

@@ -1,4 +1,4 @@
-"""Recorded runs in a scene: the robot and its marks drawn once, an animation for each run."""
+"""Draws recorded runs: the robot and its marks once, an animation for each run."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ TRAIL_COLOR: Color = (0.12, 0.47, 0.78, 1.0)
 
 @dataclass(frozen=True, eq=False)
 class DrawnRuns:
-    """Runs that are in a scene.
+    """Runs in a scene.
 
     Attributes:
         robot: The robot.
@@ -43,10 +43,10 @@ class DrawnRuns:
 
 @checked
 def draw_run(scene: Scene, run: Trajectory, *, gamma: float = GAMMA) -> DrawnRobot:
-    """Draws a run and plays it, over and over, in place of what was there.
+    """Draws a run and plays it repeatedly; earlier drawings are removed.
 
     Args:
-        scene: Where.
+        scene: The scene.
         run: The run.
         gamma: A direction counts as being lost below this fraction of the largest singular value.
     """
@@ -56,10 +56,10 @@ def draw_run(scene: Scene, run: Trajectory, *, gamma: float = GAMMA) -> DrawnRob
 
 
 def draw_runs(scene: Scene, runs: Sequence[Trajectory], colors: Sequence[Color], gamma: float = GAMMA) -> DrawnRuns:
-    """Draws runs of one robot; of the animations none plays yet.
+    """Draws runs of one robot, without starting an animation.
 
     Args:
-        scene: Where; what was drawn before is removed.
+        scene: The scene; earlier drawings are removed.
         runs: The runs, at least one.
         colors: A colour for each run's trail.
         gamma: As for `draw_run`.
@@ -107,7 +107,7 @@ def _draw_lost(
 
 
 def _draw_ellipsoid(node: Visualizer, shown: Sequence[Frames], animations: Sequence[Tracks], size: float) -> float:
-    """Draws it so that its longest semi-axis in the first run is `size`; returns the scale."""
+    """Draws the ellipsoid so that its longest semi-axis in the first run is `size`; returns the scale."""
     ellipsoids = [Ellipsoids.of(frames.jacobians, frames.run.robot.rows) for frames in shown]
     if ellipsoids[0] is None:
         return 0.0

@@ -1,4 +1,4 @@
-"""Families of singular configurations made ready to be shown: where the robot walks, what it loses, how it leaves."""
+"""Prepares families of singular configurations for display: a walk through each, the lost motion, and a way out."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ from robust_ik.singularities.lost_motion import LostMotion, WayOut, lost_motion,
 from robust_ik.singularities.trace import Curve, stroll, trace, within_limits
 
 WALK, SWAY = 12.0, 8.0
-"""Seconds that a round through a family takes, and one out of it to both sides."""
+"""Durations of a round trip through a family, and of one out of it to both sides, s."""
 REACHES = (0.8, 0.5, 0.3)
-"""How far joints go on the way out, rad or m."""
+"""Lengths of the way out, rad or m."""
 FRAMES_PER_SECOND = 10
-"""Joints move slowly: the viewer fills in what is between."""
+"""Few frames are enough, since joints move slowly: the viewer interpolates."""
 
 
 @dataclass(frozen=True, eq=False)
 class ShownMotion:
-    """The robot under way, and what it loses.
+    """A motion of the robot, with the motion that is lost.
 
     Attributes:
         values: Joint values, rad or m, (F, n).
         duration: Seconds.
         tip: Tip positions, (F, 3), m.
-        marked: Where what is lost is marked: at the tip, or where the tip was singular, (F, 3), m.
-        twists: What is lost there, world axes, orthonormal columns, (F, 6, k).
+        marked: Positions of the marks of lost motion: at the tip, or where the tip was singular, (F, 3), m.
+        twists: Lost twists there, world axes, orthonormal columns, (F, 6, k).
     """
 
     values: Array
@@ -52,16 +52,16 @@ class ShownMotion:
 
 @dataclass(frozen=True, eq=False)
 class Family:
-    """A stratum and what is shown of it.
+    """A stratum, prepared for display.
 
     Attributes:
         stratum: The stratum.
-        curves: Of its coupled joints.
+        curves: Curves of its coupled joints.
         walk: A round trip through it: every configuration is singular.
-        inside: Whether the walk keeps within the joint limits.
-        lost: What is lost where the walk begins.
+        inside: Whether the walk stays within the joint limits.
+        lost: The motion that is lost at the start of the walk.
         way: The way out from there.
-        sway: The same way, to both sides and back, what was lost at its beginning beside it.
+        sway: The same way, to both sides and back, with the motion lost at its start.
     """
 
     stratum: Stratum
@@ -74,7 +74,7 @@ class Family:
 
     @classmethod
     def of(cls, atlas: SingularityAtlas, stratum: Stratum, robot: Robot) -> Family:
-        """What is shown of a stratum of a robot's atlas."""
+        """A stratum of a robot's atlas, prepared for display."""
         facts, curves = atlas.robot, trace(atlas, stratum)
         rest = robot.joint_values(robot.rest)
         trip = stroll(facts, stratum, curves, rest, round(WALK * FRAMES_PER_SECOND) + 1)
@@ -87,7 +87,7 @@ class Family:
 
 
 def families(atlas: SingularityAtlas, robot: Robot) -> tuple[Family, ...]:
-    """All strata of an atlas.
+    """All strata of an atlas, prepared for display.
 
     Raises:
         InputError: The atlas is of another robot.
@@ -102,7 +102,7 @@ def families(atlas: SingularityAtlas, robot: Robot) -> tuple[Family, ...]:
 
 
 def _same_arm(facts: RobotFacts, robot: Robot) -> bool:
-    """Whether a robot with the same joints has the geometry that the atlas was given."""
+    """Whether a robot with the same joints has the geometry of the atlas."""
     given = replace(facts.given, length_scale=1.0)
     values = given.random(np.random.default_rng(0), 4)
     theirs = robot.jacobian(robot.configuration(values), rows=given.rows)
@@ -110,7 +110,7 @@ def _same_arm(facts: RobotFacts, robot: Robot) -> bool:
 
 
 def _lost_at(robot: Robot, chain: ScrewChain, values: Array, corank: int) -> LostMotion:
-    """What is lost at joint values (n,), in metres whatever the length scale of the search."""
+    """The motion lost at joint values (n,), in metres for any length scale of the search."""
     chain = replace(chain, length_scale=1.0)
     rows = tuple(ROWS.index(row) for row in chain.rows)
     T_world_tool = robot.pose(robot.configuration(values))
@@ -118,7 +118,7 @@ def _lost_at(robot: Robot, chain: ScrewChain, values: Array, corank: int) -> Los
 
 
 def _lost_twists(robot: Robot, rows: tuple[str, ...], values: Array, first: Array) -> Array:
-    """The directions of the weakest singular values as columns that do not flicker, (F, 6, k)."""
+    """The directions of the weakest singular values as columns that change continuously, (F, 6, k)."""
     count, places = first.shape[1], [ROWS.index(row) for row in rows]
     U, _ = full_basis(robot.jacobian(robot.configuration(values), rows=rows))
     twists = np.zeros((len(values), 6, count))
@@ -127,7 +127,7 @@ def _lost_twists(robot: Robot, rows: tuple[str, ...], values: Array, first: Arra
 
 
 def _way_inside(facts: RobotFacts, values: Array, lost: LostMotion) -> WayOut:
-    """The way out, as far as it keeps within the joint limits, but far enough to be seen."""
+    """The way out, as far as it stays within the joint limits, but long enough to be seen."""
     for reach in REACHES:
         way = way_out(facts.chain, values, lost, reach)
         if within_limits(facts, way.values):
@@ -136,7 +136,7 @@ def _way_inside(facts: RobotFacts, values: Array, lost: LostMotion) -> WayOut:
 
 
 def _sway(robot: Robot, way: WayOut, walk: ShownMotion) -> ShownMotion:
-    """Out to one side, back, out to the other and back."""
+    """A motion out to one side, back, out to the other side, and back."""
     share = np.sin(np.linspace(0.0, 2 * np.pi, round(SWAY * FRAMES_PER_SECOND) + 1))
     half = (len(way.values) - 1) / 2
     values = np.stack(

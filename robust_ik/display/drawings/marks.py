@@ -1,4 +1,4 @@
-"""What is drawn beside a robot: lost directions, the manipulability ellipsoid, target, trail."""
+"""Marks beside a robot: lost directions, the manipulability ellipsoid, target, trail."""
 
 from __future__ import annotations
 
@@ -32,19 +32,19 @@ ELLIPSOID: Color = (0.15, 0.55, 0.75, 0.22)
 TARGET: Color = (0.15, 0.62, 0.30, 1.0)
 AXES: tuple[Color, ...] = ((0.85, 0.2, 0.2, 1.0), (0.2, 0.65, 0.2, 1.0), (0.2, 0.35, 0.85, 1.0))
 GAMMA = 0.1
-"""A direction counts as being lost from σ < GAMMA σ₁ on, J-PARSE's default."""
+"""A direction counts as being lost below σ = GAMMA σ₁, J-PARSE's default."""
 
 FAINTEST = 0.1
-"""A mark below this share of full size is not drawn."""
+"""A mark smaller than this fraction of full size is not drawn."""
 
 SMALLEST_PART = 0.05
-"""Nor one that stands for a smaller part of the (unit) direction than this."""
+"""Nor is a mark for a smaller part of the unit direction than this."""
 
 
 # ---------------------------------------------------------------------------------------- lost directions
 @dataclass(frozen=True, eq=False)
 class LostDirections:
-    """Task directions over time, and how nearly each is lost.
+    """Task directions over time, and how close each is to being lost.
 
     Attributes:
         linear: Translation part of the directions, (N, k, 3).
@@ -58,7 +58,7 @@ class LostDirections:
 
     @classmethod
     def of(cls, J: Array, rows: tuple[str, ...], gamma: float = GAMMA) -> LostDirections:
-        """The directions that are close to being lost at some time, for Jacobians (N, len(rows), n)."""
+        """The directions that are being lost at some time, for Jacobians (N, len(rows), n)."""
         gamma = checked_parameter("gamma", gamma, above=0)
         U, s = follow(J)
         largest = np.maximum(s.max(axis=1, keepdims=True), np.finfo(float).tiny)
@@ -70,20 +70,20 @@ class LostDirections:
 
     @property
     def count(self) -> int:
-        """How many directions there are."""
+        """Number of directions."""
         return int(self.nearness.shape[1])
 
     @property
     def spread(self) -> Array:
-        """Where the translations lie that are lost, as a matrix of unit trace, (3, 3); zero if there are none."""
+        """The spread of lost translations as a matrix of unit trace, (3, 3); zero if there are none."""
         weighted = np.einsum("nk,nki,nkj->ij", self.nearness, self.linear, self.linear)
         return np.asarray(weighted / max(float(np.trace(weighted)), np.finfo(float).tiny))
 
 
 def draw_lost(visualizer: Visualizer, count: int) -> None:
-    """Arrows and rings for so many directions, hidden until they are animated or placed.
+    """Draws arrows and rings for `count` directions, hidden until they are animated or placed.
 
-    What the robot hides of them shines through faintly.
+    Where the robot hides them they are faintly visible.
     """
     solid = material(LOST, side=BOTH_SIDES, emissive=0x5A0812)
     ghost = material((*LOST[:3], 0.3), side=BOTH_SIDES, emissive=0x5A0812, depthTest=False)
@@ -98,9 +98,9 @@ def draw_lost(visualizer: Visualizer, count: int) -> None:
 def animate_lost(
     tracks: Tracks | Still, visualizer: Visualizer, count: int, lost: LostDirections, tip: Array, size: float
 ) -> None:
-    """Arrows of half-length and rings of four fifths of that radius, `size` at the most, at the tip (N, 3).
+    """Arrows of half-length `size` at most, and rings of four fifths of that radius, at the tip (N, 3).
 
-    They are the smaller the smaller their part of the direction is, and the further from being lost.
+    They are smaller for smaller parts of the direction, and for directions farther from being lost.
     """
     for index in range(count):
         for name, parts, share in (("arrow", lost.linear, 1.0), ("ring", lost.angular, 0.8)):
@@ -109,7 +109,7 @@ def animate_lost(
                 tracks.visible(node, np.zeros(len(tip), dtype=bool))
                 continue
             length = np.linalg.norm(parts[:, index], axis=-1)
-            # Roots, so that a small part and one that begins to be lost can be seen beside a robot.
+            # Roots, so that small parts, and directions that begin to be lost, are visible beside a robot.
             weight = np.sqrt(length * lost.nearness[:, index])
             tracks.position(node, tip)
             tracks.turn(node, carried_frames(np.where(length[:, None] > 1e-3, parts[:, index], 0.0)))
@@ -120,11 +120,11 @@ def animate_lost(
 # ---------------------------------------------------------------------------------------- ellipsoid
 @dataclass(frozen=True, eq=False)
 class Ellipsoids:
-    """How fast the tip can move in each direction, over time: the image of ‖q̇‖ = 1 under the rows of translation.
+    """Manipulability ellipsoids over time: the image of ‖q̇‖ = 1 under the rows of translation.
 
     Attributes:
         axes: Right-handed principal axes as columns, (N, 3, 3).
-        lengths: Semi-axes: singular values, zero in directions that are no task rows, (N, 3).
+        lengths: Semi-axes: singular values, zero in directions that are not task rows, (N, 3).
     """
 
     axes: Array
@@ -132,7 +132,7 @@ class Ellipsoids:
 
     @classmethod
     def of(cls, J: Array, rows: tuple[str, ...]) -> Ellipsoids | None:
-        """Those of Jacobians (N, len(rows), n); None without a row of translation. Source: Yoshikawa 1985."""
+        """The ellipsoids of Jacobians (N, len(rows), n); None without a row of translation. Source: Yoshikawa 1985."""
         linear = [row for row in rows if row in ROWS[:3]]
         if not linear:
             return None
@@ -143,7 +143,7 @@ class Ellipsoids:
 
 
 def draw_ellipsoid(visualizer: Visualizer) -> None:
-    """A unit sphere that one can see through, with its main circles."""
+    """Draws a transparent unit sphere with its main circles."""
     look = material(ELLIPSOID, side=0, shininess=40, specular=0x303030)
     ball = geometry.Sphere(1.0)
     visualizer["body"].set_object(geometry.Mesh(ball, look))
@@ -153,7 +153,7 @@ def draw_ellipsoid(visualizer: Visualizer) -> None:
 def animate_ellipsoid(
     tracks: Tracks | Still, visualizer: Visualizer, ellipsoids: Ellipsoids, tip: Array, scale: float, thickness: float
 ) -> None:
-    """The ellipsoid at the tip (N, 3), its axes `scale` times their lengths and no thinner than `thickness`."""
+    """Animates the ellipsoid at the tip (N, 3): axes `scale` times their lengths, and no thinner than `thickness`."""
     tracks.position(visualizer, tip)
     tracks.turn(visualizer, ellipsoids.axes)
     tracks.size(visualizer, np.maximum(scale * ellipsoids.lengths, thickness))
@@ -161,7 +161,7 @@ def animate_ellipsoid(
 
 # ---------------------------------------------------------------------------------------- target and trail
 def draw_target(visualizer: Visualizer, size: float) -> None:
-    """A small ball with three coloured axes: x red, y green, z blue."""
+    """Draws a small ball with three coloured axes: x red, y green, z blue."""
     visualizer["ball"].set_object(geometry.Mesh(geometry.Sphere(0.22 * size), material((*TARGET[:3], 0.75))))
     for axis, color in enumerate(AXES):
         stick = rod(np.zeros(3), size * np.eye(3)[axis], 0.045 * size)
@@ -169,17 +169,17 @@ def draw_target(visualizer: Visualizer, size: float) -> None:
 
 
 def draw_path(visualizer: Visualizer, points: Array, radius: float, color: Color) -> None:
-    """A thin tube through points (N, 3)."""
+    """Draws a thin tube through points (N, 3)."""
     visualizer.set_object(triangle_mesh(tube(points, radius), color))
 
 
 def tube(points: Array, radius: float) -> Triangles:
-    """A tube with the same number of faces between any two consecutive points; of two at least."""
+    """A tube with the same number of faces between any two successive points, at least two points."""
     points = np.clip(points, -LARGEST, LARGEST)
     return swept_tube(points if len(points) > 1 else np.repeat(points, 2, axis=0), radius)
 
 
 def corners_of_path(points: Array) -> NDArray[np.float64]:
-    """The points (N, 3) without those that repeat the one before."""
+    """The points (N, 3) without those equal to the one before."""
     moved = np.concatenate([[True], np.any(np.diff(points, axis=0) != 0, axis=1)])
     return np.asarray(points[moved])

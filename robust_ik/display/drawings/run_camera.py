@@ -1,4 +1,4 @@
-"""What a run needs to have in sight: the arm wherever it goes, the path, and the arrows from the side."""
+"""Places the camera for a run: arm and path always in view, arrows seen from the side."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from robust_ik.kinematics.svd import svd
 
 
 def place_camera(scene: Scene, robot: DrawnRobot, frames: Frames, lost: LostDirections) -> float:
-    """Floor and camera so that arm and path are in sight; returns the radius of what is seen, m.
+    """Places floor and camera so that arm and path are in view; returns the radius of the view, m.
 
-    Of a run that explodes the tip may be anywhere: what lies far outside is left out of sight.
+    If a run diverges, the tip may be anywhere: points far outside are ignored.
     """
     points = _near(_points(robot, frames), robot.extent(frames.q[0]))
     away = _outwards(frames)
@@ -27,21 +27,21 @@ def place_camera(scene: Scene, robot: DrawnRobot, frames: Frames, lost: LostDire
 
 
 def _points(robot: DrawnRobot, frames: Frames) -> Array:
-    """Corners of what is drawn at some times, and the paths of target and tip at all, (N, 3)."""
+    """Corners of the drawn robot at some times, and the whole paths of target and tip, (N, 3)."""
     samples = np.linspace(0, len(frames.rows) - 1, 12).round().astype(int)
     arm = np.concatenate([robot.extent(q) for q in frames.q[samples]])
     return np.concatenate([arm, frames.target[:, :3, 3], frames.tip])
 
 
 def _near(points: Array, extent: Array) -> Array:
-    """Those that are no farther from the robot than a few times its size."""
+    """The points that are within a few times the robot's size."""
     far = 8 * float(np.linalg.norm(extent[1] - extent[0])) + 1e-3
     distance = np.abs(points - extent.mean(axis=0)).max(axis=1)
     return np.concatenate([extent, points[distance < far]])
 
 
 def _outwards(frames: Frames) -> Array:
-    """The level part of the unit vector from the first joint to where the target gets farthest from it."""
+    """The horizontal part of the unit vector from the first joint to the farthest position of the target."""
     robot = frames.run.robot
     name = robot.description.moving_joints(robot.tip or robot.description.root)[0]
     shoulder = robot.pose(frames.q[0], robot.description.joint[name].child)[:3, 3]
@@ -51,6 +51,6 @@ def _outwards(frames: Frames) -> Array:
 
 
 def _most_seen(away: Array, lost: LostDirections) -> Array:
-    """A level direction that should lie across the view: where arrows point, and where the arm reaches."""
+    """A horizontal direction to lie across the view: where arrows point, and where the arm reaches."""
     main = svd(2 * lost.spread[:2, :2] + np.outer(away[:2], away[:2])).U[:, 0]
     return np.array([*(main if main @ away[:2] >= 0 else -main), 0.0])

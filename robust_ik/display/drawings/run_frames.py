@@ -1,4 +1,4 @@
-"""A run at the rate of a film."""
+"""A run, reduced to the frames of a film."""
 
 from __future__ import annotations
 
@@ -11,18 +11,21 @@ from robust_ik.checks import Array
 from robust_ik.simulation.trajectory import Trajectory
 
 FRAMES_PER_SECOND = 30.0
-"""The rate of video. Chosen: the viewer fills in what is between; more frames only make pages larger."""
+"""Frames per second, as in a video. Chosen: the viewer interpolates between them; more only make pages larger."""
 MOST_FRAMES = 3000
-"""Of a run. Chosen: 100 s at that rate; longer runs have fewer frames a second, so that their pages stay small."""
+"""Most frames of a run.
+
+Chosen: 100 s at that rate; longer runs have fewer frames per second, so that pages stay small.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class Frames:
-    """A run at the times that are shown.
+    """A run at the times of the frames.
 
     Attributes:
         run: The run.
-        rows: Which of its rows are shown, (F,), at least two.
+        rows: Indices of the run's rows that are shown, (F,), at least two.
         times: Seconds from the start, (F,).
         tip: Tip positions, (F, 3).
     """
@@ -34,7 +37,7 @@ class Frames:
 
     @classmethod
     def of(cls, run: Trajectory) -> Frames:
-        """About thirty rows a second, the last one among them."""
+        """About thirty rows a second, including the last one."""
         count, duration = len(run.time), float(run.time[-1] - run.time[0])
         wanted = min(max(round(duration * FRAMES_PER_SECOND), 1), count - 1, MOST_FRAMES)
         rows = np.unique(np.linspace(0, count - 1, wanted + 1).round().astype(int))

@@ -1,4 +1,4 @@
-"""Stand-ins for links that have no shape to draw: bones between joints, knuckles along their axes."""
+"""Stand-ins for links without shapes: bones between joints, knuckles along their axes."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ BONE, KNUCKLE = (0.62, 0.66, 0.71, 1.0), (0.27, 0.36, 0.47, 1.0)
 
 @dataclass(frozen=True, eq=False)
 class Skeleton:
-    """Where the links of a robot begin, at q = 0.
+    """The origins of a robot's links at q = 0.
 
     Attributes:
         robot: The robot.
         poses: Pose of every link in the world, (4, 4).
-        axes: Unit axis in the world of the joint that moves a link, where one does.
+        axes: Unit axis in the world of the joint that moves a link, if one does.
         size: Largest distance between two links' origins, m.
     """
 
@@ -46,14 +46,14 @@ class Skeleton:
         return cls(robot, poses, axes, size if size > 1e-6 else 1.0)
 
     def bones(self, link: str) -> Triangles | None:
-        """Rods in the link's frame, from its origin to where it carries the next links; None if it carries none."""
+        """Rods in the link's frame, from its origin to the origins of the next links; None if there are none."""
         ends = [self._seen_from(link, joint.child) for joint in self.robot.description.joints if joint.parent == link]
         radius = 0.012 * self.size
         rods = [rod(np.zeros(3), end, radius) for end in ends if np.linalg.norm(end) > 1e-6 * self.size]
         return Triangles.joined(rods) if rods else None
 
     def knuckle(self, link: str) -> Triangles:
-        """A short cylinder along the axis of the joint that moves the link; a cube where none does."""
+        """A short cylinder along the axis of the joint that moves the link; a cube if none does."""
         radius = 0.022 * self.size
         if link not in self.axes:
             return rod(np.array([0, 0, -radius / 2]), np.array([0, 0, radius / 2]), 0.8 * radius, sides=4)

@@ -1,4 +1,4 @@
-"""Wrench screws to look at: a long thin line for a force, a ring for a couple, both for what has a pitch."""
+"""Draws wrench screws: a long thin line for a force, a ring for a couple, both for a screw with pitch."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from robust_ik.display.scene.smooth_motion import carried_frames
 
 WRENCH: Color = (0.45, 0.27, 0.78, 1.0)
 LINE, RING = 4.0, 1.25
-"""Half-length of a line and radius of a couple's ring, in sizes of the other marks."""
+"""Half-length of a line and radius of a couple's ring, in units of the marks' size."""
 FORCE = 1e-5
-"""A pitch below this many sizes is none."""
+"""A pitch below this, in units of the marks' size, counts as zero."""
 FAR = 20.0
-"""A line farther than so many sizes from the tip stands for a couple."""
+"""A line farther than this from the tip, in units of the marks' size, counts as a couple."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +33,7 @@ class Wrenches:
     """Wrench screws over time.
 
     Attributes:
-        axes: Unit directions in the world, zero where there is no wrench, (N, k, 3).
+        axes: Unit directions in the world, zero for no wrench, (N, k, 3).
         points: The points of the axes that are nearest to the tip, m; the tip for couples, (N, k, 3).
         forces: Magnitudes of the forces, of wrenches with ‖(force, moment)‖ = 1, (N, k).
         pitches: Moment along the axis over force, m/rad; infinite for couples, (N, k).
@@ -46,12 +46,12 @@ class Wrenches:
 
     @classmethod
     def of(cls, twists: Array, tip: Array, size: float) -> Wrenches:
-        """The screws of wrenches with the numbers of lost twists.
+        """The screws of the wrenches that have the six numbers of lost twists.
 
         Args:
             twists: Force, then moment about the tip, world axes, (N, 6, k).
             tip: Tip positions, (N, 3), m.
-            size: Of the marks, m, which says what is far.
+            size: Size of the marks, m, which is the unit of FORCE and FAR.
         """
         force, moment = np.swapaxes(twists[:, :3], 1, 2), np.swapaxes(twists[:, 3:], 1, 2)
         strength = np.linalg.norm(force, axis=-1, keepdims=True)
@@ -70,12 +70,12 @@ class Wrenches:
 
     @property
     def count(self) -> int:
-        """How many there are."""
+        """Number of wrenches."""
         return int(self.axes.shape[1])
 
 
 def draw_wrenches(visualizer: Visualizer, count: int) -> None:
-    """Lines and rings for so many wrenches, hidden until they are animated or placed."""
+    """Draws lines and rings for `count` wrenches, hidden until they are animated or placed."""
     solid = material(WRENCH, side=BOTH_SIDES, emissive=0x241044)
     ghost = material((*WRENCH[:3], 0.35), side=BOTH_SIDES, emissive=0x241044, depthTest=False)
     shapes = {"line": double_arrow(0.0045, 0.018, 0.06), "ring": turning_ring(0.02, 0.08)}
@@ -90,7 +90,7 @@ def draw_wrenches(visualizer: Visualizer, count: int) -> None:
 def animate_wrenches(
     tracks: Tracks | Still, visualizer: Visualizer, count: int, wrenches: Wrenches, size: float
 ) -> None:
-    """Lines where the screws' axes are, rings about the axes of those that have a moment along them."""
+    """Animates lines on the screws' axes, and rings about the axes of those with a moment along them."""
     none = np.zeros(len(wrenches.axes), dtype=bool)
     for index in range(count):
         line, ring = visualizer[f"line{index}"], visualizer[f"ring{index}"]
@@ -101,7 +101,7 @@ def animate_wrenches(
         force, pitch = wrenches.forces[:, index] > 0, wrenches.pitches[:, index]
         frames = carried_frames(wrenches.axes[:, index])
         turning = np.abs(pitch) > FORCE * size
-        # The ring of a line shows its pitch: the larger, the more of a couple it is.
+        # The ring of a line shows its pitch: the larger the ring, the more it is like a couple.
         share = np.where(force, np.clip(np.abs(np.where(force, pitch, 0.0)) / size, 0.2, 1.0), RING)
         for node, factor in ((line, np.full(len(share), LINE)), (ring, share)):
             tracks.position(node, wrenches.points[:, index])

@@ -1,4 +1,4 @@
-"""A figure of the curves that coupled joints run through along a family of singular configurations."""
+"""A figure of the curves of coupled joints along a family of singular configurations."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def plot_curves(atlas: SingularityAtlas, stratum: Stratum, path: str | Path) -> 
 
 @checked
 def curves_figure(atlas: SingularityAtlas, stratum: Stratum) -> Figure:
-    """The coupled joints of a stratum against each other, a panel for each two of them.
+    """A figure of the coupled joints of a stratum, with a panel for each pair of them.
 
     Args:
         atlas: The atlas that holds it.
@@ -55,7 +55,7 @@ def curves_figure(atlas: SingularityAtlas, stratum: Stratum) -> Figure:
     Raises:
         InputError: No joints are coupled.
     """
-    from matplotlib.figure import Figure  # not pyplot: no window, no state
+    from matplotlib.figure import Figure  # not pyplot, which opens windows and keeps state
 
     curves = trace(atlas, stratum)
     panels = pairs(atlas.robot.chain, curves)

@@ -1,4 +1,4 @@
-"""A figure of searches by gradients, step by step."""
+"""A figure of gradient searches, step by step."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ if TYPE_CHECKING:
 
 @checked
 def descents_figure(descents: Mapping[str, Descent]) -> Figure:
-    """The weakest singular values of searches over their steps, above how far the gradient turns from step to step.
+    """The weakest singular values of searches over their steps; below them the turn of the gradient from step to step.
 
-    A red line marks the ε of 1e-6 where it was reached.
+    A red line marks the ε of 1e-6 if it was reached.
 
     Args:
-        descents: Searches by what to call them, drawn side by side.
+        descents: Searches by name, drawn side by side.
 
     Raises:
         InputError: There is none.
     """
-    from matplotlib.figure import Figure  # not pyplot: no window, no state
+    from matplotlib.figure import Figure  # not pyplot, which opens windows and keeps state
 
     if not descents:
         raise InputError("there is nothing to draw: give at least one descent")

@@ -1,4 +1,4 @@
-"""How figures are written."""
+"""Writes figures to files."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ if TYPE_CHECKING:
 
 
 def save_figure(figure: Figure, path: str | Path, dpi: int) -> Path:
-    """Writes a figure as what its path ends in says, whole or not at all.
+    """Writes a figure in the format of the path's ending, whole or not at all.
 
     Raises:
-        InputError: It ends in no format of images, or cannot be written.
+        InputError: The ending is no image format, or the file cannot be written.
     """
     path, content = check_figure(path), BytesIO()
     with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "Glyph .* missing from", UserWarning)  # in a name: a box stands for it
+        warnings.filterwarnings("ignore", "Glyph .* missing from", UserWarning)  # in names: drawn as a box
         figure.savefig(content, dpi=dpi, format=path.suffix[1:].lower())
     return write_file(path, content.getvalue())

@@ -1,4 +1,4 @@
-"""A figure of what filters do to singular values."""
+"""A figure of the gains of filters over singular values."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LEAST_SIGMA = 1e-4
-"""Of σ₁: where curves begin. Chosen: two decades below the thresholds that filters usually have, .01 to .1."""
+"""Least σ of a curve, as a fraction of σ₁. Chosen: two decades below the usual thresholds of filters, .01 to .1."""
 STYLES = ("-", "--", "-.", ":")
 
 
@@ -28,7 +28,7 @@ def plot_gains(filters: Sequence[SingularValueFilter], path: str | Path, *, sigm
     """Draws φ(σ) and the share σφ(σ) of the task that is met, for one σ in [0, sigma_max], the others being σ₁.
 
     Args:
-        filters: What to draw, at least one.
+        filters: The filters, at least one.
         path: Image to write: .png, .svg or .pdf.
         sigma_max: σ₁.
 
@@ -36,7 +36,7 @@ def plot_gains(filters: Sequence[SingularValueFilter], path: str | Path, *, sigm
         The path.
 
     Raises:
-        InputError: Nothing to draw, something that is no filter, or a path that cannot be written.
+        InputError: There is no filter, something is not a filter, or the path cannot be written.
     """
     checked_parameter("sigma_max", sigma_max, above=0)
     several = isinstance(filters, (list, tuple)) and len(filters) > 0
@@ -47,7 +47,7 @@ def plot_gains(filters: Sequence[SingularValueFilter], path: str | Path, *, sigm
 
 
 def _drawn(filters: Sequence[SingularValueFilter], sigma_max: float) -> Figure:
-    from matplotlib.figure import Figure  # not pyplot: no window, no state
+    from matplotlib.figure import Figure  # not pyplot, which opens windows and keeps state
 
     figure = Figure(figsize=(10, 4.6 + 0.2 * -(-len(filters) // 3)), layout="constrained")
     gain, share = figure.subplots(1, 2)
@@ -55,7 +55,7 @@ def _drawn(filters: Sequence[SingularValueFilter], sigma_max: float) -> Figure:
     for index, each in enumerate(filters):
         phi = gains_along(each, s, sigma_max)
         style = STYLES[index % len(STYLES)]
-        # Ever slimmer, so that curves that coincide are all seen.
+        # Ever thinner, so that curves that coincide are all visible.
         width = 4 - 3 * index / len(filters)
         gain.plot(s, np.where(phi > 0, phi, np.nan), linestyle=style, linewidth=width, label=label(each))
         share.plot(s, s * phi, linestyle=style, linewidth=width)
@@ -68,10 +68,10 @@ def _drawn(filters: Sequence[SingularValueFilter], sigma_max: float) -> Figure:
 
 
 def label(inverse: SingularValueFilter) -> str:
-    """The inverse's name, and its parameters if any is not the default."""
+    """The inverse's name, with its parameters if one is not the default."""
     return type(inverse).__name__ if inverse == type(inverse)() else repr(inverse)
 
 
 def gains_along(inverse: SingularValueFilter, s: Array, sigma_max: float) -> Array:
-    """φ(σ) for a second singular value s beside σ₁ = sigma_max, (...)."""
+    """φ(σ) for a second singular value s, the first one being σ₁ = sigma_max, (...)."""
     return np.asarray(inverse.gains(np.stack([np.full_like(s, sigma_max), s], axis=-1))[..., 1])

@@ -31,26 +31,26 @@ QUANTITIES: Mapping[str, tuple[str, bool, Quantity]] = {
     "manipulability": ("Π σ", True, lambda run: np.prod(run.sigma, axis=1)),
     "joints": ("joints [rad]", False, lambda run: run.robot.joint_values(run.q)),
 }
-"""What can be drawn: label of the axis, whether it is logarithmic, and how it is read off a run."""
+"""Quantities that can be drawn: label of the axis, whether it is logarithmic, and the function that computes it."""
 
 SHOWN = ("position error", "joint speed", "sigma")
 FLOOR = 1e-12
-"""What a logarithmic axis shows as zero."""
+"""The value at which a logarithmic axis shows zero."""
 
 
 @checked
 def runs_figure(runs: Mapping[str, Trajectory], quantities: Sequence[str] = SHOWN) -> Figure:
-    """Quantities of runs over time, one below the other.
+    """A figure of quantities of runs over time, one below the other.
 
     Args:
-        runs: Runs by what to call them.
+        runs: Runs by name.
         quantities: Of "position error", "rotation error", "joint speed", "speed norm", "sigma", "ratio",
             "manipulability", "joints".
 
     Raises:
         InputError: There is no run, or no such quantity.
     """
-    from matplotlib.figure import Figure  # not pyplot: no window, no state
+    from matplotlib.figure import Figure  # not pyplot, which opens windows and keeps state
 
     if not runs or not quantities:
         raise InputError("there is nothing to draw: give at least one run and one quantity")
@@ -82,8 +82,8 @@ def plot_runs(runs: Mapping[str, Trajectory], path: str | Path, quantities: Sequ
     """Writes `runs_figure` as an image.
 
     Args:
-        runs: Runs by what to call them.
-        path: .png, .svg or .pdf.
+        runs: Runs by name.
+        path: Image to write: .png, .svg or .pdf.
         quantities: As for `runs_figure`.
 
     Raises:

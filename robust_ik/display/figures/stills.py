@@ -1,4 +1,4 @@
-"""A figure of an arm standing still, as a skeleton, with what its tool cannot do there."""
+"""A figure of an arm in some configurations, as a skeleton, with the directions that its tool has lost."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ BONE, KNUCKLE = "#7f8791", "#455c78"
 LOST = ("#1f4fd8", "#d6202c", "#1f9d45", "#8a3fb5", "#c77a12", "#0f9aa8")
 """Colours of lost directions."""
 SMALL = 0.05
-"""Parts of a direction below this are not drawn."""
+"""Parts of a direction smaller than this are not drawn."""
 ACROSS = 4
 """Arms in a row: at 2.9 inches each they fill the width of an A4 page in landscape, 11.7 inches."""
 
@@ -32,22 +32,22 @@ ACROSS = 4
 def stills_figure(
     robot: Robot, configurations: Mapping[str, ArrayLike], *, tolerance: float = 1e-2, sparse: bool = True
 ) -> Figure:
-    """An arm in some configurations side by side, with the directions that are lost there.
+    """A figure of an arm in some configurations side by side, with the directions that are lost there.
 
-    A lost direction has one colour: its translation is a solid double arrow at the tip, its rotation a dotted ring
-    about a dotted line, both the smaller the smaller their part is.
+    Each lost direction has one colour: its translation is a solid double arrow at the tip, its rotation a dotted ring
+    about a dotted line; both are smaller for smaller parts.
 
     Args:
         robot: An arm with a tip.
-        configurations: Configurations, (nq,), by what to call them.
+        configurations: Configurations, (nq,), by name.
         tolerance: σ/σ₁ below which a direction counts as lost.
-        sparse: Whether several directions are turned to the sparse basis; else they are as the SVD gives them.
+        sparse: Whether several directions are rotated to the sparse basis; else they are those of the SVD.
 
     Raises:
         TipError: The robot was loaded whole, without a tip.
         InputError: There is nothing to draw, or a configuration does not fit.
     """
-    from matplotlib.figure import Figure  # not pyplot: no window, no state
+    from matplotlib.figure import Figure  # not pyplot, which opens windows and keeps state
 
     if robot.tip is None:
         raise TipError("a robot without a tip has no directions to lose: load it with a tip")
@@ -66,7 +66,7 @@ def stills_figure(
 
 
 def lost_basis(robot: Robot, q: ArrayLike, tolerance: float = 1e-2, *, sparse: bool = True) -> Array:
-    """The directions that are lost at a configuration (nq,) as columns of six rows, (6, k)."""
+    """The directions that are lost at a configuration (nq,), as columns of six rows, (6, k)."""
     J = robot.jacobian(q)
     found = svd(J)
     lost = found.U[:, found.s <= tolerance * found.s[0]]
@@ -92,14 +92,14 @@ def _draw(axes: Any, robot: Robot, q: Array, lost: Array) -> None:
 
 
 def _bones(robot: Robot, q: Array) -> Array:
-    """From each link's origin to the next one's, and to the tip, (B, 2, 3)."""
+    """Segments from each link's origin to the next one's, and to the tip, (B, 2, 3)."""
     joints = robot.description.joints
     ends = [[robot.pose(q, joint.parent)[:3, 3], robot.pose(q, joint.child)[:3, 3]] for joint in joints]
     return np.array(ends)
 
 
 def _axes(robot: Robot, q: Array) -> list[tuple[Array, Array]]:
-    """Where the moving joints are and the unit axes that they turn about or slide along."""
+    """Position and unit axis of each joint that turns or slides."""
     found = []
     for index, name in enumerate(robot.joint_names):
         joint = robot.description.joint[name]
@@ -120,7 +120,7 @@ def _draw_lost(axes: Any, tip: Array, shift: Array, turn: Array, color: str) -> 
 
 
 def _ring(turn: Array) -> Array:
-    """A circle about a vector, as large as it is long, (N, 3)."""
+    """A circle about a vector, with the vector's length as radius, (N, 3)."""
     across = np.cross(turn, np.eye(3)[np.abs(turn).argmin()])
     across *= np.linalg.norm(turn) / np.linalg.norm(across)
     up = np.cross(turn, across) / np.linalg.norm(turn)
@@ -129,7 +129,7 @@ def _ring(turn: Array) -> Array:
 
 
 def _frame(axes: Any, corners: Array, tip: Array, reach: float) -> None:
-    """The view: everything in it, one scale for all axes."""
+    """Sets the view so that all is in it, with one scale for all axes."""
     corners = np.concatenate([corners, tip + 1.1 * reach * np.array([[-1.0], [1.0]])])
     low, high = corners.min(axis=0), corners.max(axis=0)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))

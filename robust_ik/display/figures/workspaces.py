@@ -1,4 +1,4 @@
-"""Figures of what an arm can do where."""
+"""Figures of workspace maps."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 VIEWS = (("x", "z"), ("y", "z"), ("x", "y"))
 CELLS = 50
-"""Cells across the longest side, where their size is not given."""
+"""Cells along the longest side, if their size is not given."""
 
 
 @checked
@@ -29,7 +29,7 @@ def plot_workspace(
     """Writes `workspace_figure` as an image.
 
     Args:
-        workspace: What `map_workspace` found.
+        workspace: A map from `map_workspace`.
         path: Image to write: .png, .svg or .pdf.
         quantity: As for `workspace_figure`.
         size: As for `workspace_figure`.
@@ -46,22 +46,22 @@ def plot_workspace(
 
 @checked
 def workspace_figure(workspace: WorkspaceMap, quantity: str = "smallest sigma", *, size: float | None = None) -> Figure:
-    """The best and the mean of a quantity over the places that the tip reaches, from three sides.
+    """A figure of the best and the mean of a quantity over the workspace, seen from three sides.
 
-    Each cell holds everything along the line of sight.
+    Each cell has all configurations along the line of sight.
 
     Args:
-        workspace: What `map_workspace` found.
+        workspace: A map from `map_workspace`.
         quantity: "smallest sigma", "manipulability" or "inverse condition".
         size: Side of a cell, m; by default a fiftieth of the longest extent.
 
     Raises:
         InputError: There is no such quantity, or the cells are too many.
     """
-    from matplotlib.figure import Figure  # not pyplot: no window, no state
+    from matplotlib.figure import Figure  # not pyplot, which opens windows and keeps state
 
     if size is None:
-        # An arm whose tip stays where it is has one cell, of any size.
+        # An arm whose tip does not move has one cell, of any size.
         size = float(np.ptp(workspace.positions, axis=0).max()) / CELLS or 1.0
     seen = [workspace.cells(quantity, size=size, axes=axes) for axes in VIEWS]
     highest = float(workspace.values(quantity).max())

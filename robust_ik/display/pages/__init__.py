@@ -1,1 +1,1 @@
-"""Self-contained HTML pages around scenes, tables and charts."""
+"""Self-contained HTML pages with scenes, tables and charts."""

@@ -1,4 +1,4 @@
-"""One page that shows every family of singular configurations of an arm."""
+"""A page that shows every family of singular configurations of an arm."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from robust_ik.singularities.lost_motion import FLAT
 from robust_ik.singularities.trace import within_limits
 
 PURE = 1e-6
-"""A translation with less rotation than this is pure, and the other way round."""
+"""A translation with a smaller rotation part than this is pure, and vice versa."""
 
 _LEGEND: tuple[Entry, ...] = (
     ("lost", "arrow", "Lost translation", "No joint motion moves the tip along it; longer where more is lost."),
@@ -49,14 +49,14 @@ _MOTIONS = (
 
 @checked
 def write_atlas_html(path: str | Path, atlas: SingularityAtlas, robot: Robot, *, title: str = "") -> Path:
-    """Writes one page, which needs nothing but itself: every family in 3D and in numbers.
+    """Writes one self-contained page: every family in 3D and in numbers.
 
     `#row=NUMBER&t=SECONDS` behind the page's address opens it at a row and a time; `&motion=sway` on the way out.
 
     Args:
-        path: The file; folders on the way are made, what was there is replaced at once or not at all.
-        atlas: What `find_singularities` found.
-        robot: The robot that it is of.
+        path: The file; a missing folder is made, an existing file is replaced at once or not at all.
+        atlas: An atlas from `find_singularities`.
+        robot: Its robot.
         title: Title of the page; default "Singularities of" the robot.
 
     Returns:
@@ -96,7 +96,7 @@ def _motion_data(facts: RobotFacts, drawn: DrawnMotion, caption: str) -> dict[st
 
 
 def _packed(facts: RobotFacts, motion: ShownMotion) -> str:
-    """Joint values of all frames in degrees or m, as 32-bit numbers."""
+    """Joint values of all frames in degrees or m, as packed 32-bit numbers."""
     return base64.b64encode(shown_values(facts, motion.values).astype(np.float32).tobytes()).decode("ascii")
 
 
@@ -113,7 +113,7 @@ def _walk_caption(family: Family) -> str:
 
 
 def _sway_caption(facts: RobotFacts, family: Family) -> str:
-    """What is seen on the way out."""
+    """The caption of the motion out of the family."""
     way, beyond = family.way, "" if within_limits(facts, family.way.values) else " Partly outside the joint limits."
     if abs(way.curvature) < FLAT:
         return f"Joints along a self-motion: to second order the tool gains nothing along what is lost.{beyond}"
@@ -123,7 +123,7 @@ def _sway_caption(facts: RobotFacts, family: Family) -> str:
 
 
 def _leaving(family: Family) -> str:
-    """Where the way out leads, if that can be said in short."""
+    """Where the way out leads, if there are short words for it."""
     twist = np.sign(family.way.curvature) * family.lost.twists[:, family.way.direction]
     pure = min(float(np.linalg.norm(twist[:3])), float(np.linalg.norm(twist[3:]))) < PURE
     return f"by {twist_words(twist)}" if pure else "along what is lost"

@@ -1,4 +1,4 @@
-"""One page that shows what several inverses made of the same motion."""
+"""A page that compares several inverses on the same motion."""
 
 from __future__ import annotations
 
@@ -41,15 +41,15 @@ def write_html(
     text: str = "",
     gamma: float = GAMMA,
 ) -> Path:
-    """Writes one page, which needs nothing but itself: the runs in 3D, a button for each, results, charts.
+    """Writes one self-contained page: the runs in 3D, a button for each, results, charts.
 
     A run of JParse is shown first. `#method=NAME&t=SECONDS` behind the page's address opens it at a run and a time.
 
     Args:
-        path: The file; folders on the way are made, what was there is replaced at once or not at all.
-        trajectories: Runs of one robot, by what to call them; from a sequence each is called as its inverse is.
+        path: The file; a missing folder is made, an existing file is replaced at once or not at all.
+        trajectories: Runs of one robot by name; in a sequence each has the name of its inverse.
         title: Title of the page; default the robot's name.
-        text: A sentence or two to put below the title.
+        text: A sentence or two below the title.
         gamma: A direction counts as being lost below this fraction of the largest singular value.
 
     Returns:
@@ -91,7 +91,7 @@ def report_page(
 def _named(
     trajectories: Mapping[str, Trajectory] | Sequence[Trajectory],
 ) -> tuple[list[str], list[Trajectory]]:
-    """Names and runs, JParse's first."""
+    """Names and runs, with JParse's first."""
     if isinstance(trajectories, Mapping):
         named = [(str(name), run) for name, run in trajectories.items()]
     else:

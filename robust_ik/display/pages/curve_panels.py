@@ -1,4 +1,4 @@
-"""Curves of coupled joints as small inline SVG panels: no script, no font, no picture from elsewhere."""
+"""Curves of coupled joints as small inline SVG panels, without scripts, fonts or images from elsewhere."""
 
 from __future__ import annotations
 
@@ -10,18 +10,19 @@ from robust_ik.singularities.geometry import ScrewChain
 from robust_ik.singularities.trace import Axis, Curve, pairs, strokes
 
 SIDE, LEFT, BOTTOM, RIGHT, TOP = 200.0, 34.0, 30.0, 12.0, 8.0
-"""Of the square that is drawn in, and the margins round it."""
+"""Side of the square for the drawing, and the margins around it."""
 
 
 def curve_panels(chain: ScrewChain, curves: tuple[Curve, ...], now: Array) -> str:
-    """HTML of a panel for every two coupled joints, with a dot that a script may move; nothing if none are coupled.
+    """HTML of a panel for each pair of coupled joints, with a dot that a script may move; empty if there are none.
 
-    The dot carries the indices of its joints, and how their values in degrees or m become its place.
+    The dot has attributes with the indices of its joints, and with the map from their values in degrees or m to its
+    position.
 
     Args:
         chain: What moves the tip.
-        curves: As `trace` gives them.
-        now: Joint values where the dot is, (n,).
+        curves: Curves from `trace`.
+        now: Joint values of the dot, (n,).
     """
     panels = "".join(_panel(across, up, curves, now) for across, up in pairs(chain, curves))
     return f'<div class="panels">{panels}</div>' if panels else ""
@@ -50,7 +51,7 @@ def _drawn(curve: Curve, across: Axis, up: Axis) -> str:
 
 
 def _place(points: Array, across: Axis, up: Axis) -> Array:
-    """From values to the panel, (P, 2)."""
+    """Positions in the panel of joint values, (P, 2)."""
     x = SIDE * (points[:, 0] - across.low) / (across.high - across.low)
     y = SIDE * (up.high - points[:, 1]) / (up.high - up.low)
     return np.stack([x, y], axis=1)

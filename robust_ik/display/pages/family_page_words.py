@@ -1,4 +1,4 @@
-"""What a family of singular configurations is and takes away, in words with numbers. Plain text, not HTML."""
+"""Words and numbers for a family of singular configurations and its lost motion. Plain text, not HTML."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from robust_ik.singularities.families import Stratum
 from robust_ik.singularities.lost_motion import FLAT, LostMotion, WrenchScrew
 
 NOTHING = 5e-7
-"""A part of a direction that is smaller than this is rounding."""
+"""A smaller part of a direction than this is rounding error."""
 
 
 def units(facts: RobotFacts) -> list[str]:
-    """The unit that each joint is shown in: ° or m."""
+    """The unit in which each joint is shown: ° or m."""
     return ["°" if np.isfinite(period) else "m" for period in facts.chain.period]
 
 
@@ -25,13 +25,13 @@ def shown_values(facts: RobotFacts, values: Array) -> Array:
 
 
 def turning_freely(facts: RobotFacts) -> list[bool]:
-    """Whether whole turns of a joint make no difference: it turns, and has no limits."""
+    """Which joints turn and have no limits, so that whole turns make no difference."""
     endless = ~np.isfinite(facts.lower) & ~np.isfinite(facts.upper)
     return [bool(each) for each in endless & np.isfinite(facts.chain.period)]
 
 
 def joint_words(facts: RobotFacts, values: Array) -> list[str]:
-    """Joint values, (n,), with their units; angles of joints without limits between −180° and 180°."""
+    """Joint values, (n,), with units; joints that turn without limits are shown between −180° and 180°."""
     values = np.where(turning_freely(facts), wrapped(values, facts.chain.period), values)
     return [
         f"{_signed(value, 1)}°" if unit == "°" else f"{_signed(value, 3)} {unit}"
@@ -40,7 +40,7 @@ def joint_words(facts: RobotFacts, values: Array) -> list[str]:
 
 
 def limit_words(facts: RobotFacts, stratum: Stratum) -> str:
-    """Whether a stratum lies within the joint limits, and by how much of what."""
+    """Whether a stratum lies within the joint limits, and its margin."""
     if np.isinf(stratum.margin):
         return "no limits"
     turning = np.isfinite(facts.chain.period)
@@ -50,12 +50,12 @@ def limit_words(facts: RobotFacts, stratum: Stratum) -> str:
 
 
 def axis_words(vector: Array) -> str:
-    """A vector, (3,): "(0, 0.6, −0.8)"."""
+    """A vector, (3,), as text: "(0, 0.6, −0.8)"."""
     return f"({', '.join(_short(value) for value in vector)})"
 
 
 def direction_words(vector: Array) -> str:
-    """A direction, (3,): x, y or z where it is one."""
+    """A direction, (3,), as text: x, y or z if it is one."""
     size = float(np.linalg.norm(vector))
     unit = np.asarray(vector) / size if size > 0 else np.asarray(vector)
     largest = int(np.abs(unit).argmax())
@@ -64,7 +64,7 @@ def direction_words(vector: Array) -> str:
 
 
 def twist_words(twist: Array) -> str:
-    """A twist, (6,), linear part first."""
+    """A twist, (6,), as text, linear part first."""
     linear, angular = float(np.linalg.norm(twist[:3])), float(np.linalg.norm(twist[3:]))
     if angular < NOTHING:
         return f"translation along {direction_words(twist[:3])}"
@@ -74,7 +74,7 @@ def twist_words(twist: Array) -> str:
 
 
 def screw_words(screw: WrenchScrew) -> str:
-    """A wrench: a force along a line, a couple about a direction, or both."""
+    """A wrench as text: a force along a line, a couple about a direction, or both."""
     direction = direction_words(screw.axis)
     if screw.is_couple:
         return f"couple about {direction}"
@@ -83,7 +83,7 @@ def screw_words(screw: WrenchScrew) -> str:
 
 
 def curvature_words(lost: LostMotion, index: int) -> str:
-    """How a self-motion leads along a lost direction, κ in units of the (unit) direction."""
+    """How a self-motion leads along a lost direction, with κ in units of the unit direction."""
     low, high = (float(value) for value in lost.curvature[index])
     which = "" if lost.corank == 1 else f"direction {index + 1}: "
     if max(abs(low), abs(high)) < FLAT:
@@ -95,13 +95,13 @@ def curvature_words(lost: LostMotion, index: int) -> str:
 
 
 def _short(value: float) -> str:
-    """Three decimals, without those that are zero."""
+    """A number with three decimals, without trailing zeros."""
     text = f"{float(value):.3f}".rstrip("0").rstrip(".")
     return "0" if text in ("-0", "") else text.replace("-", "−")
 
 
 def _digits(value: float) -> str:
-    """Three digits, however small it is."""
+    """A number with three significant digits, however small it is."""
     return number(value).replace("-", "−")
 
 

@@ -1,4 +1,4 @@
-"""Families of singular configurations as a table, with a card below each row. Everything from outside is escaped."""
+"""Families of singular configurations as a table, with a card below each row. All text from outside is escaped."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from robust_ik.singularities.atlas import cells
 from robust_ik.singularities.conditions import RobotFacts
 
 COLUMNS = 5
-"""Of the table: number, conditions, dimension, pieces, limits. Rows that span all of it need to know."""
+"""Number of columns: number, conditions, dimension, pieces, limits. Rows that span the whole table need it."""
 
 
 def family_table(facts: RobotFacts, shown: Sequence[Family]) -> str:
-    """HTML of the table; rows and their buttons carry data-row with the number of the family."""
+    """HTML of the table; rows and their buttons have data-row with the index of the family."""
     head = (
         '<tr><th scope="col" class="number">#</th><th scope="col" class="what">condition, and what is lost</th>'
         '<th scope="col" class="dim">dim</th><th scope="col" class="pieces">pieces</th>'
@@ -101,7 +101,7 @@ def _floor(family: Family) -> list[str]:
 
 
 def _joints(facts: RobotFacts, family: Family) -> str:
-    """Joint values where the walk begins, which a script keeps up to date."""
+    """Joint values at the start of the walk, which a script keeps up to date."""
     shown = "".join(
         f'<span>q{joint + 1} <output data-joint="{joint}">{word}</output></span>'
         for joint, word in enumerate(joint_words(facts, family.walk.values[0]))

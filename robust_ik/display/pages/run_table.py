@@ -1,4 +1,4 @@
-"""Runs in numbers: a table with a column for each, and charts of all."""
+"""Runs in numbers: a table with a column for each run, and charts of all runs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from robust_ik.simulation.trajectory import Trajectory
 
 
 def results_table(names: Sequence[str], runs: Sequence[Trajectory], colors: Sequence[str]) -> str:
-    """HTML of the table; its columns carry data-run with the number of the run."""
+    """HTML of the table; its columns have data-run with the index of the run."""
     heads = "".join(
         f'<th scope="col" data-run="{index}" style="border-top: 3px solid {in_html(color)}">{breakable(name)}</th>'
         for index, (name, color) in enumerate(zip(names, colors))
@@ -70,7 +70,7 @@ def results_charts(runs: Sequence[Trajectory], colors: Sequence[str]) -> str:
 
 
 def number(value: float) -> str:
-    """Three digits, no noise: 0.00042 mm is as good as none."""
+    """A number with three digits; tiny values are shown as 0."""
     value = float(value)
     if not math.isfinite(value):
         return "not finite"
@@ -80,12 +80,12 @@ def number(value: float) -> str:
 
 
 def breakable(name: str) -> str:
-    """HTML of a name that may be broken between the words of CamelCase."""
+    """HTML of a name that may be wrapped between the words of CamelCase."""
     return re.sub(r"(?<=[a-z])(?=[A-Z])", "<wbr>", in_html(name))
 
 
 def swatch(color: str) -> str:
-    """HTML of a spot of that CSS colour."""
+    """HTML of a spot in a CSS colour."""
     return f'<i class="swatch" style="background:{in_html(color)}"></i>'
 
 

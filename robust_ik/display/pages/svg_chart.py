@@ -1,4 +1,4 @@
-"""Small charts over time as inline SVG: no script, no font, no picture from elsewhere."""
+"""Small charts over time as inline SVG, without scripts, fonts or images from elsewhere."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from robust_ik.checks import Array
 from robust_ik.errors.safe_text import in_html
 
 WIDTH, HEIGHT = 400.0, 132.0
-"""Of the drawing, in units of its own: pages scale it. Chosen: flat, so that several fit one below the other."""
+"""Size of the drawing, in its own units: pages scale it. Chosen: flat, so that several fit one below the other."""
 LEFT, RIGHT, TOP, BOTTOM = 46.0, 8.0, 20.0, 20.0
-"""Margins in these units. Chosen: room for values at the left, the title at the top and times at the bottom."""
+"""Margins in these units. Chosen: room for values on the left, the title at the top and times at the bottom."""
 BINS = 240
-"""Stretches of time that have a point each. Chosen: in the 346 units between the margins finer ones cannot be seen."""
+"""Intervals of time with one point each. Chosen: in the 346 units between the margins finer ones cannot be seen."""
 DECADES = 6
-"""Of a logarithmic axis. Chosen: more would flatten the curves; smaller values lie on its lower end."""
+"""Most decades of a logarithmic axis. Chosen: more would flatten the curves; smaller values lie on its lower end."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +27,7 @@ class ChartCurve:
 
     Attributes:
         time: Seconds, (N,).
-        values: What is shown, (N,), not negative.
+        values: The values, (N,), not negative.
         color: A CSS colour.
     """
 
@@ -36,14 +36,14 @@ class ChartCurve:
     color: str
 
     def envelope(self) -> tuple[Array, Array]:
-        """The largest value in each of at most BINS stretches of time: a peak of one step stays visible."""
+        """The largest value in each of at most BINS intervals of time, so that a peak of one step stays visible."""
         edges = np.unique(np.linspace(0, len(self.time), min(BINS, len(self.time)) + 1).round().astype(int))
         return self.time[edges[:-1]], np.maximum.reduceat(self.values, edges[:-1])
 
 
 @dataclass(frozen=True)
 class Scale:
-    """From values to heights in the chart.
+    """The map from values to heights in the chart.
 
     Attributes:
         low: Value at the bottom.
@@ -59,7 +59,7 @@ class Scale:
     def for_values(cls, values: Array, logarithmic: bool) -> Scale:
         """A scale that holds the values; a logarithmic one of whole decades.
 
-        Of those it has DECADES at the most, or as many as it takes to see the middle of the values.
+        It has at most DECADES of them, or as many as are needed to show the median of the values.
         """
         high = float(values.max(initial=0.0))
         if not logarithmic or high <= 0:
@@ -80,7 +80,7 @@ class Scale:
 
     @property
     def ticks(self) -> list[float]:
-        """Values to write beside the chart."""
+        """Values of the labels beside the chart."""
         if not self.logarithmic:
             return [0.0, self.high / 2, self.high]
         bottom, top = round(math.log10(self.low)), round(math.log10(self.high))
@@ -91,8 +91,8 @@ class Scale:
 def chart(title: str, curves: Sequence[ChartCurve], duration: float, *, logarithmic: bool = False) -> str:
     """A chart of curves from 0 to `duration` seconds, with a line of class "cursor" for a script to move.
 
-    The attributes data-left and data-width of the SVG say where time 0 is and how wide the whole duration, as
-    fractions of its width.
+    The attributes data-left and data-width of the SVG give the position of time 0 and the width of the whole duration,
+    as fractions of its width.
     """
     scale = Scale.for_values(np.concatenate([curve.values for curve in curves]), logarithmic)
     span = WIDTH - LEFT - RIGHT

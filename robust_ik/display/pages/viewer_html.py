@@ -1,4 +1,4 @@
-"""What our pages have in common around the 3D view: its legend, its player, a word on what is not drawn."""
+"""Parts shared by our pages around the 3D view: legend, player, and a note on missing meshes."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from robust_ik.display.scene.meshcat_module import Visualizer
 from robust_ik.errors.safe_text import in_html
 
 MOST_NAMED = 40
-"""Meshes that a notice names, one a line. Chosen: about a screen of lines; the others are counted."""
+"""Most meshes that a notice names, one per line. Chosen: about a screen of lines; the others are counted."""
 Entry = tuple[str, str, str, str]
-"""Of a legend: the group that it hides, its icon, its name, what it means."""
+"""An entry of a legend: the group that it hides, its icon, its name, its meaning."""
 
 
 def stage(entries: Sequence[Entry], *, over: str = "", beside: str = "") -> str:
     """HTML of the view with a legend, and the player below.
 
     Args:
-        entries: Of the legend; the first of a group hides and shows all of it.
+        entries: Entries of the legend; the first one of a group hides and shows the whole group.
         over: HTML that lies over the view.
-        beside: HTML that stands before the player's button.
+        beside: HTML before the player's button.
     """
     legend = "".join(
         f'<li><button type="button" data-group="{group}" aria-pressed="true" title="{in_html(meaning)}">'
@@ -58,7 +58,7 @@ def missing_notice(missing: Sequence[MissingMesh]) -> str:
 
 
 def animation_data(animation: Tracks, trail: Visualizer) -> dict[str, Any]:
-    """What the player needs of a motion."""
+    """The data of a motion for the player."""
     return {
         "animation": base64.b64encode(animation.packed()).decode("ascii"),
         "duration": float(animation.times[-1]),
@@ -68,5 +68,5 @@ def animation_data(animation: Tracks, trail: Visualizer) -> dict[str, Any]:
 
 
 def node_parts(node: Visualizer) -> list[str]:
-    """The path of a node as the viewer takes it."""
+    """The path of a node as the viewer's list of names."""
     return [part for part in node.path.lower().split("/") if part]

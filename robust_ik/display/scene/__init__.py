@@ -1,1 +1,1 @@
-"""MeshCat scenes: what is drawn, how it moves, kept as a file or shown live."""
+"""MeshCat scenes: drawing, motion, files and live display."""

@@ -1,4 +1,4 @@
-"""An animation as the viewer takes it: for every node, curves of its position, turn, size and visibility."""
+"""Animations in the viewer's format: for each node, curves of position, rotation, size and visibility."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from robust_ik.display.scene.primitives import packed_array
 from robust_ik.display.scene.smooth_motion import quaternions
 
 SMALLEST_SIZE = 1e-4
-"""A size of zero has no inverse, which three.js asks for to light what it draws."""
+"""Least size: three.js needs the inverse of a size for lighting."""
 
 LARGEST = 1e9
-"""Where a run that explodes is drawn at the most; more would not fit the viewer's numbers."""
+"""Largest coordinate of a run that diverges; larger ones would not fit the viewer's numbers."""
 
 
 class Tracks:
-    """Curves over common times. meshcat's own Animation keeps every number as an object; this one keeps arrays.
+    """Curves over common times, as arrays; meshcat's own Animation keeps every number as an object.
 
     Attributes:
         times: Seconds from the start, (N,).
@@ -32,30 +32,30 @@ class Tracks:
 
     @classmethod
     def none(cls) -> Tracks:
-        """An animation of nothing, which ends the one that plays."""
+        """An empty animation, which ends the one that is playing."""
         return cls(np.zeros(1))
 
     def pose(self, node: Visualizer, T: Array) -> None:
-        """A node follows poses (N, 4, 4)."""
+        """Lets a node follow poses (N, 4, 4)."""
         self.position(node, T[:, :3, 3])
         self.turn(node, T[:, :3, :3])
 
     def position(self, node: Visualizer, points: Array) -> None:
-        """A node follows points (N, 3)."""
+        """Lets a node follow points (N, 3)."""
         self._add(node, "position", "vector3", points)
 
     def turn(self, node: Visualizer, R: Array) -> None:
-        """A node follows rotations (N, 3, 3)."""
+        """Lets a node follow rotations (N, 3, 3)."""
         self._add(node, "quaternion", "quaternion", quaternions(R))
 
     def size(self, node: Visualizer, factors: Array) -> None:
-        """A node is scaled by factors, (N,) or (N, 3)."""
+        """Scales a node by factors, (N,) or (N, 3)."""
         factors = np.asarray(factors, dtype=float)
         along = np.broadcast_to(factors[:, None], (len(factors), 3)) if factors.ndim == 1 else factors
         self._add(node, "scale", "vector3", np.maximum(along, SMALLEST_SIZE))
 
     def visible(self, node: Visualizer, shown: NDArray[np.bool_]) -> None:
-        """A node is seen at times (N,)."""
+        """Shows or hides a node over time, (N,)."""
         self._nodes.setdefault(node.path.lower(), []).append(
             {"name": ".visible", "type": "boolean", "times": packed_array(self.times), "values": shown.tolist()}
         )
@@ -69,7 +69,7 @@ class Tracks:
         self._nodes.setdefault(node.path.lower(), []).append(track)
 
     def lower(self) -> list[dict[str, Any]]:
-        """The description that the viewer gets; every clip lasts as long as all, so that they loop together."""
+        """The description for the viewer; all clips have the same duration, so that they loop together."""
         duration = float(self.times[-1])
         return [
             {"path": path, "clip": {"fps": 1, "name": "run", "duration": duration, "tracks": tracks}}
@@ -77,38 +77,38 @@ class Tracks:
         ]
 
     def command(self) -> Any:
-        """The meshcat command that plays it, over and over."""
+        """The meshcat command that plays it repeatedly."""
         return commands.SetAnimation(self, play=True, repetitions=float("inf"))
 
     def packed(self) -> bytes:
-        """`command` as the viewer decodes it."""
+        """`command`, packed for the viewer."""
         return bytes(umsgpack.packb(self.command().lower()))
 
 
 class Still:
-    """The first of a sequence as it stands: takes what `Tracks` takes and places the nodes when asked to."""
+    """The first frame of a sequence, without motion: same methods as `Tracks`, and `place` to move the nodes."""
 
     def __init__(self) -> None:
         self._transforms: dict[str, tuple[Visualizer, Array]] = {}
 
     def position(self, node: Visualizer, points: Array) -> None:
-        """A node stands at the first of points (N, 3)."""
+        """Puts a node at the first of points (N, 3)."""
         self._of(node)[:3, 3] = points[0]
 
     def turn(self, node: Visualizer, R: Array) -> None:
-        """A node is turned by the first of rotations (N, 3, 3); to be said before its size."""
+        """Turns a node by the first of rotations (N, 3, 3); must be called before `size`."""
         self._of(node)[:3, :3] = R[0]
 
     def size(self, node: Visualizer, factors: Array) -> None:
-        """A node is scaled by the first of factors, (N,) or (N, 3)."""
+        """Scales a node by the first of factors, (N,) or (N, 3)."""
         self._of(node)[:3, :3] *= np.maximum(factors[0], SMALLEST_SIZE)
 
     def visible(self, node: Visualizer, shown: NDArray[np.bool_]) -> None:
-        """A node is seen or not, the first of (N,)."""
+        """Shows or hides a node by the first of (N,)."""
         node.set_property("visible", bool(shown[0]))
 
     def place(self) -> None:
-        """Tells the scene."""
+        """Sends the transforms to the scene."""
         for node, transform in self._transforms.values():
             node.set_transform(transform)
 

@@ -1,4 +1,4 @@
-"""Where the camera stands: far enough to see everything, and across the plane that the arm moves in."""
+"""The camera: far enough to see everything, and looking across the plane in which the arm moves."""
 
 from __future__ import annotations
 
@@ -12,16 +12,19 @@ from robust_ik.kinematics.svd import svd
 
 CAMERA = "/Cameras/default/rotated/<object>"
 FIELD_OF_VIEW = 36.0
-"""From the lower to the upper edge, degrees. Chosen: meshcat's own 75 makes near links look far too large."""
+"""Angle of view from the lower to the upper edge, degrees.
+
+Chosen: meshcat's own 75 makes near links look far too large.
+"""
 USUAL = np.array([0.37, -0.93, 0.0])
-"""From where most pictures of robots are taken, if nothing else counts."""
+"""Usual direction to the camera in pictures of robots, if nothing else matters."""
 _ABOVE = np.array([0.2, -0.52, 0.83]) / np.linalg.norm([0.2, -0.52, 0.83])
-"""From where what lies flat is seen, a unit vector. Chosen: the side of USUAL, but steeply from above."""
+"""Direction from which flat scenes are seen, a unit vector. Chosen: the side of USUAL, but steeply from above."""
 
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """A ball to look at, and where from.
+    """A ball in view, and the direction to the camera.
 
     Attributes:
         center: Its centre, (3,), m.
@@ -35,13 +38,13 @@ class View:
 
     @classmethod
     def of(cls, points: Array, along: Array | None = None, front: Array | None = None) -> View:
-        """A view of points (N, 3), a little from above; of what is flat and level, from above.
+        """A view of points (N, 3), from slightly above; of flat, horizontal sets, from above.
 
         Args:
-            points: What must be in sight.
-            along: Direction that should lie across the view, (3,); default the level one in which the points spread
-                most.
-            front: Direction that should rather come towards the camera than go away from it, (3,).
+            points: Points that must be in view.
+            along: Direction that should lie across the view, (3,); default the horizontal one in which the points
+                spread most.
+            front: Direction that should point towards the camera rather than away from it, (3,).
         """
         low, high = points.min(axis=0), points.max(axis=0)
         center = (low + high) / 2
@@ -53,17 +56,17 @@ class View:
         return cls(center, radius, _ABOVE if flat else _across(along, USUAL if front is None else front + 0.3 * USUAL))
 
     def set_on(self, visualizer: Visualizer) -> None:
-        """Tells the viewer. Our pages read `view`; meshcat's own understands the position and the angle only."""
+        """Sends the view to the viewer. Our pages read `view`; meshcat's own reads the position and the angle only."""
         camera = visualizer[CAMERA]
         x, y, z = self.center + 1.1 * self.radius / np.sin(np.radians(FIELD_OF_VIEW / 2)) * self.direction
         camera.set_property("fov", FIELD_OF_VIEW)
-        # three.js looks along a scene whose y points up.
+        # three.js looks along a scene with y upwards.
         camera.set_property("position", [float(x), float(z), float(-y)])
         camera.set_property("view", [*map(float, self.center), self.radius, *map(float, self.direction)])
 
 
 def _across(along: Array, front: Array) -> Array:
-    """Square to the level part of `along`, on the side of `front`, then turned somewhat towards its end, and up."""
+    """A direction perpendicular to the level part of `along`, on the side of `front`, turned to its end and up."""
     level = np.array([along[0], along[1], 0.0])
     length = float(np.linalg.norm(level))
     level = level / length if length > 1e-9 else np.array([1.0, 0.0, 0.0])

@@ -1,4 +1,4 @@
-"""Self-contained HTML pages: everything inline, nothing fetched, nothing run that we did not write."""
+"""Self-contained HTML pages: everything is inline, nothing is fetched, and only our own scripts run."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def scene_page(commands: Iterable[bytes], title: str) -> str:
 
 
 def live_page(host: str) -> str:
-    """The page that a live server shows; it asks that server, at host:port, for the scene."""
+    """The page of a live server; it asks that server, at host:port, for the scene."""
     return document("robust_ik", '<div id="pane"></div>', ["scene.css"], ["scene.js", "live.js"], None, f"ws://{host}")
 
 
@@ -32,14 +32,14 @@ def document(title: str, body: str, styles: Iterable[str], scripts: Iterable[str
 
     Args:
         title: Its title, any text.
-        body: HTML of the body; whatever comes from outside must be escaped in it.
+        body: HTML of the body, in which all text from outside must be escaped.
         styles: Names of our style sheets.
         scripts: Names of our scripts, which run after meshcat's viewer.
-        data: What the scripts read from `JSON.parse(document.getElementById("data").textContent)`.
-        connect: The one address that it may talk to, if any.
+        data: Data for the scripts, which read `JSON.parse(document.getElementById("data").textContent)`.
+        connect: The only address to which it may connect, if any.
     """
     running = [_viewer(), "\n".join(asset(name) for name in scripts)]
-    # Only scripts with these sums run: markup that slipped in through a name could do nothing.
+    # Only scripts with these hashes run: markup that slipped in through a name could do nothing.
     allowed = " ".join(f"'sha256-{_sum(script)}'" for script in running)
     policy = f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; img-src data: blob:" + (
         f"; connect-src {connect}" if connect else ""
@@ -57,13 +57,13 @@ def document(title: str, body: str, styles: Iterable[str], scripts: Iterable[str
 
 @cache
 def asset(name: str) -> str:
-    """A file of `assets/`."""
+    """The content of a file in `assets/`."""
     return (files("robust_ik.display") / "assets" / name).read_text(encoding="utf-8")
 
 
 @cache
 def _viewer() -> str:
-    """Meshcat's viewer, so that it can stand between script tags."""
+    """Meshcat's viewer, escaped for use between script tags."""
     text = (VIEWER_FOLDER / "main.min.js").read_text(encoding="utf-8")
     return text.replace("\r\n", "\n").replace("</script", "<\\/script").replace("<!--", "<\\!--")
 

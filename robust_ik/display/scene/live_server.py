@@ -1,4 +1,4 @@
-"""Shows a scene to browsers on this machine while it changes, and to nobody else."""
+"""Shows a changing scene to browsers on this machine only."""
 
 from __future__ import annotations
 
@@ -21,24 +21,24 @@ from robust_ik.display.scene.recording_window import RecordingWindow
 from robust_ik.errors import InputError
 
 HOST = "127.0.0.1"
-# A page of another site could otherwise reach the server under a name of its own that it lets resolve to 127.0.0.1.
+# A page of another site could otherwise reach the server under its own name, if it resolves that to 127.0.0.1.
 HOSTS = r"(127\.0\.0\.1|localhost)"
 
 MOST_COMMANDS, MOST_BYTES = 4_000, 8_000_000
-"""What waits for a viewer at the most: one that falls further behind gets the scene as it is by then."""
+"""Most commands and bytes that wait for a viewer: one that falls further behind gets the whole scene instead."""
 CLEARED: bytes = umsgpack.packb({"type": "delete", "path": "/meshcat"})
-"""The command that takes away what scenes draw; the viewer's own grid and lights stay."""
+"""The command that removes what scenes draw; the viewer's own grid and lights stay."""
 
 
 class LiveServer:
     """Serves a window's scene from a thread of this program.
 
-    meshcat's own server is another process, which outlives a program that is killed, and its page is offered on every
+    meshcat's own server is a separate process, which survives a program that is killed, and offers its page on every
     network interface.
 
     Attributes:
-        window: Where the scene is recorded.
-        address: What it listens on, (host, port).
+        window: The window that records the scene.
+        address: Its address, (host, port).
     """
 
     def __init__(self, window: RecordingWindow, port: int = 0) -> None:
@@ -58,16 +58,16 @@ class LiveServer:
 
     @property
     def url(self) -> str:
-        """The page to watch."""
+        """The address of the page."""
         return f"http://{HOST}:{self.address[1]}/"
 
     @property
     def running(self) -> bool:
-        """Whether it has not been closed."""
+        """Whether it is not closed."""
         return self._thread.is_alive()
 
     def close(self) -> None:
-        """Disconnects every viewer and frees the port. Does nothing the second time."""
+        """Disconnects all viewers and frees the port; does nothing if it is closed."""
         if not self.running:
             return
         self.window.forget(self._forward)
@@ -101,7 +101,7 @@ class LiveServer:
         await asyncio.gather(*tasks, return_exceptions=True)
 
     def _forward(self, command: bytes) -> None:
-        """Passes a command to every viewer; called from the program's threads, which may be faster than the server."""
+        """Passes a command to all viewers; called from the program's threads, which may be faster than the server."""
         with self._lock:
             first = self._waiting.empty
             self._waiting.put(command)
@@ -115,20 +115,20 @@ class LiveServer:
             viewer.show(commands)
 
     def welcome(self, viewer: _Viewer) -> None:
-        """Sends the whole scene to a viewer that has just connected, and from now on every change."""
+        """Sends the whole scene to a new viewer, and every change from now on."""
         self._viewers.add(viewer)
         viewer.show(None)
         self._feeds[viewer] = self._loop.create_task(viewer.feed())
 
     def dismiss(self, viewer: _Viewer) -> None:
-        """Forgets a viewer that has gone."""
+        """Removes a viewer that has disconnected."""
         self._viewers.discard(viewer)
         if (feed := self._feeds.pop(viewer, None)) is not None:
             feed.cancel()  # unless it has ended
 
 
 class Queue:
-    """Commands that wait. Of too many none is kept, and then the scene as it is says all that they would have said."""
+    """Waiting commands; if there are too many they are dropped, and the whole scene is sent instead."""
 
     def __init__(self) -> None:
         self._commands: list[bytes] | None = []
@@ -136,12 +136,12 @@ class Queue:
 
     @property
     def empty(self) -> bool:
-        """Whether there is nothing to do."""
+        """Whether nothing is waiting."""
         return self._commands == []
 
     @property
     def size(self) -> int:
-        """Bytes that wait."""
+        """Number of waiting bytes."""
         return self._size
 
     def put(self, command: bytes | None) -> None:
@@ -155,13 +155,13 @@ class Queue:
             self.put(None)
 
     def take(self) -> list[bytes] | None:
-        """What waits, and nothing does any more; None for the whole scene."""
+        """Returns the waiting commands and empties the queue; None stands for the whole scene."""
         commands, self._commands, self._size = self._commands, [], 0
         return commands
 
 
 class _Viewer(tornado.websocket.WebSocketHandler):
-    """A browser: the page at first, then the socket that the page opens at the same address."""
+    """A connected browser: first the page, then the socket that the page opens at the same address."""
 
     def initialize(self, server: LiveServer) -> None:
         self.server, self.queue, self.awake = server, Queue(), asyncio.Event()
@@ -174,20 +174,20 @@ class _Viewer(tornado.websocket.WebSocketHandler):
             self.finish(live_page(self.request.host))
 
     def check_origin(self, origin: str) -> bool:
-        """Only a page of this server may listen: tornado's own rule, said here so that it cannot get lost."""
+        """Accepts pages of this server only: tornado's own rule, repeated here so that it cannot get lost."""
         return urlsplit(origin).netloc.lower() == self.request.headers.get("Host", "").lower()
 
     def open(self, *_: str, **__: str) -> None:
         self.server.welcome(self)
 
     def show(self, commands: Sequence[bytes] | None) -> None:
-        """Has the page show changes, or the whole scene, as soon as it has taken what came before."""
+        """Sends changes, or the whole scene, as soon as earlier commands have been sent."""
         for command in [None] if commands is None else commands:
             self.queue.put(command)
         self.awake.set()
 
     async def feed(self) -> None:
-        """Sends what waits, one command after the other, each when the one before has gone out."""
+        """Sends the waiting commands, each after the one before has been sent."""
         told = False
         try:
             while True:
@@ -200,10 +200,10 @@ class _Viewer(tornado.websocket.WebSocketHandler):
                     await self.write_message(command, binary=True)
                     told = True
         except (tornado.websocket.WebSocketClosedError, tornado.iostream.StreamClosedError):
-            self.server.dismiss(self)  # it has gone
+            self.server.dismiss(self)  # disconnected
 
     def on_message(self, message: str | bytes) -> None:
-        """A viewer has nothing to say."""
+        """Ignores messages from viewers."""
 
     def on_close(self) -> None:
         self.server.dismiss(self)

@@ -1,4 +1,4 @@
-"""MeshCat, imported in one place, so that what it needs to be quiet stands in one place."""
+"""Imports MeshCat in one place, together with what keeps it quiet."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import warnings
 from pathlib import Path
 
 with warnings.catch_warnings():
-    # pyzmq announces the end of a module that meshcat imports; nothing here uses it.
+    # pyzmq warns that a module imported by meshcat will be removed; nothing here uses it.
     warnings.simplefilter("ignore", DeprecationWarning)
     import meshcat
     from meshcat import commands, geometry
@@ -16,10 +16,10 @@ with warnings.catch_warnings():
 import umsgpack  # type: ignore[import-untyped, unused-ignore]
 
 VIEWER_FOLDER = Path(meshcat.__file__).parent / "viewer" / "dist"
-"""Where meshcat keeps the viewer that runs in the browser."""
+"""The folder of meshcat's viewer for browsers."""
 
 EXTENSION = {"uint8": 0x12, "uint16": 0x14, "uint32": 0x16, "float32": 0x17}
-"""Extension codes by which the viewer's msgpack decoder tells typed arrays."""
+"""Codes by which the viewer's msgpack decoder recognises typed arrays."""
 
 __all__ = [
     "EXTENSION",

@@ -1,4 +1,4 @@
-"""Names that files and users give, made safe for scene paths and told apart."""
+"""Makes names from files and users safe and unique for scene paths."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from collections.abc import Iterable
 
 
 def node_names(names: Iterable[str]) -> dict[str, str]:
-    """Scene nodes for names: safe characters only, each led by its number.
+    """Node names for names: safe characters only, with a number in front.
 
-    A link may be called anything; in a scene path "/" would start a new node, and the viewer keeps nodes in a
-    JavaScript object, where a name such as "constructor" is taken. The number makes the nodes unique.
+    A link may have any name. In a scene path "/" would start a new node, and the viewer keeps nodes in a JavaScript
+    object, in which names such as "constructor" are taken. The number makes the nodes unique.
     """
     return {
         name: f"{index:02d}_{re.sub(r'[^A-Za-z0-9_.-]', '_', name)[:60]}"
@@ -19,7 +19,7 @@ def node_names(names: Iterable[str]) -> dict[str, str]:
 
 
 def distinct(labels: Iterable[str]) -> list[str]:
-    """The labels with " (2)", " (3)" … put to those that came before."""
+    """The labels, with " (2)", " (3)" … appended to repeated ones."""
     used: set[str] = set()
     result = []
     for label in labels:

@@ -1,4 +1,4 @@
-"""Scene commands made ready for a file: each geometry once, and no identifiers that tell of the machine."""
+"""Packs scene commands for a file: each geometry once, and no identifiers that reveal the machine."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from robust_ik.display.scene.meshcat_module import umsgpack
 
 
 def packed_scene(commands: Iterable[bytes]) -> list[str]:
-    """Commands in base64, as our pages read them.
+    """The commands in base64, for our pages.
 
-    A geometry that several objects show becomes a command of its own, "share_geometry", which they refer to.
-    meshcat's identifiers hold the machine's network address and the time; they are numbered anew, so that the same
-    scene gives the same text.
+    A geometry used by several objects becomes a command of its own, "share_geometry", to which they refer. meshcat's
+    identifiers contain the machine's network address and the time; they are replaced by numbers, so that the same scene
+    gives the same text.
     """
     return [base64.b64encode(command).decode("ascii") for command in _Packer().pack(commands)]
 
@@ -35,7 +35,7 @@ class _Packer:
         return packed
 
     def _geometries(self, described: dict[str, Any]) -> list[bytes]:
-        """Leaves references in place of the geometries; returns the commands that those need first."""
+        """Replaces geometries by references; returns the commands that must come first."""
         needed = []
         for index, geometry in enumerate(described.get("geometries", ())):
             body = {key: value for key, value in geometry.items() if key != "uuid"}

@@ -1,4 +1,4 @@
-"""What MeshCat can draw and what it lacks: light triangle meshes, solid arrows, rings, tubes, grids."""
+"""Shapes that MeshCat lacks: light triangle meshes, solid arrows, rings, tubes, grids."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from robust_ik.display.scene.smooth_motion import carried_frames
 Color = tuple[float, float, float, float]
 GREY: Color = (0.72, 0.74, 0.77, 1.0)
 FRONT, BOTH_SIDES = 0, 2
-"""three.js's codes. The inside of a closed surface is never seen, but flickers through where two surfaces touch."""
+"""three.js's codes. The inside of a closed surface is never seen, but flickers where two surfaces touch."""
 
 if TYPE_CHECKING:
     _Geometry: Any = object
@@ -25,14 +25,14 @@ else:
 
 
 class TriangleGeometry(_Geometry):  # type: ignore[misc]
-    """Triangles as three.js takes them, with 16-bit indices and 8-bit colours where they do."""
+    """Triangles for three.js, with 16-bit indices and 8-bit colours if they are enough."""
 
     def __init__(self, triangles: Triangles) -> None:
         super().__init__()
         self.triangles = triangles
 
     def lower(self, _: Any) -> dict[str, Any]:
-        """The description that the viewer gets."""
+        """The description for the viewer."""
         mesh = self.triangles
         small = len(mesh.vertices) < 1 << 16
         attributes = {"position": _typed(mesh.vertices.astype(np.float32), 3)}
@@ -53,7 +53,7 @@ def packed_array(array: NDArray[Any]) -> Any:
 
 
 def triangle_mesh(triangles: Triangles, color: Color | None, **properties: Any) -> Any:
-    """Triangles with a material: of one colour, or of the vertices' colours if there are any and no colour."""
+    """Triangles with a material: of one colour, or without one of the vertices' colours, if there are any."""
     by_vertex = color is None and triangles.colors is not None
     chosen = (1.0, 1.0, 1.0, 1.0) if by_vertex else color or GREY
     look = {"vertexColors": by_vertex, "side": FRONT if triangles.closed else BOTH_SIDES} | properties
@@ -61,7 +61,7 @@ def triangle_mesh(triangles: Triangles, color: Color | None, **properties: Any) 
 
 
 def material(color: Color, **properties: Any) -> Any:
-    """A calm material; opacity below one makes it transparent and lets what is behind be seen."""
+    """A matt material; opacity below one makes it transparent."""
     red, green, blue, alpha = (min(max(channel, 0.0), 1.0) for channel in color)
     number = round(255 * red) << 16 | round(255 * green) << 8 | round(255 * blue)
     calm = {"specular": 0x0A0A0A, "shininess": 12, "side": FRONT}
@@ -71,13 +71,13 @@ def material(color: Color, **properties: Any) -> Any:
 
 # ---------------------------------------------------------------------------------------------- solids
 def revolved(profile: Array, sides: int = 24) -> Triangles:
-    """The solid that a profile (P, 2) of radius and height sweeps about z. Radius 0 at both ends closes it."""
+    """The solid of revolution of a profile (P, 2) of radius and height about z; radius 0 at both ends closes it."""
     angles = np.linspace(0.0, 2 * np.pi, sides, endpoint=False)
     circle = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
     rings = [
         np.column_stack([radius * circle, np.full(sides, height)]) for radius, height in np.asarray(profile, float)
     ]
-    # Every strip has corners of its own: the edges between them stay sharp.
+    # Every strip has vertices of its own, so that the edges between strips stay sharp.
     strips = [Triangles.of(np.concatenate(pair), _strip(2, sides)) for pair in itertools.pairwise(rings)]
     return Triangles.joined(strips)
 
@@ -117,7 +117,7 @@ def _placed(mesh: Triangles, rotation: Array, shift: Array) -> Triangles:
 
 
 def swept_tube(points: Array, radius: float, sides: int = 6) -> Triangles:
-    """A tube along a polyline (P, 3). Its faces come in the order of the points, so that it can be drawn in part."""
+    """A tube along a polyline (P, 3); its faces are in the order of the points, so that a part of it can be drawn."""
     points = np.asarray(points, dtype=float)
     tangents = np.gradient(points, axis=0) if len(points) > 1 else np.zeros_like(points)
     frames = carried_frames(tangents)
@@ -152,7 +152,7 @@ def grid(half_size: float, step: float) -> Array:
 
 
 def great_circles(count: int = 64) -> Array:
-    """Line segments of the unit sphere's three main circles, for `line_segments`."""
+    """Line segments of the three main circles of the unit sphere, for `line_segments`."""
     angles = np.linspace(0.0, 2 * np.pi, count + 1)
     flat = np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=-1)
     circles = [np.roll(flat, shift, axis=-1) for shift in range(3)]

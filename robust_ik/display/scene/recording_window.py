@@ -1,4 +1,4 @@
-"""The far end of a meshcat.Visualizer: it records the scene and needs no server."""
+"""A window for meshcat.Visualizer that records the scene, without a server."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from robust_ik.errors import InputError
 
 
 class RecordingWindow:
-    """Accepts a Visualizer's commands and remembers the scene that they add up to.
+    """Accepts a Visualizer's commands and records the scene that results from them.
 
-    It stands in for meshcat's own window, which starts a server process and talks to it through sockets. Commands may
-    come from several threads.
+    It replaces meshcat's own window, which starts a server process and talks to it through sockets. Commands may come
+    from several threads.
     """
 
     def __init__(self) -> None:
@@ -23,7 +23,7 @@ class RecordingWindow:
         self._listeners: list[Callable[[bytes], None]] = []
 
     def send(self, command: Any) -> None:
-        """Records one of meshcat's commands and passes it on to whoever listens."""
+        """Records a meshcat command and passes it on to listeners."""
         lowered = command.lower()
         if lowered["type"] not in _RECORD:
             raise InputError(f"the scene takes {', '.join(_RECORD)}, got {lowered['type']!r}")
@@ -38,7 +38,7 @@ class RecordingWindow:
                 listener(packed)
 
     def commands(self) -> list[bytes]:
-        """The packed commands that build the scene anew, in an order that works."""
+        """The packed commands that build the scene again, in a working order."""
         with self._lock:
             return [command for node in walk(self._tree) for command in _commands_of(node)]
 
@@ -53,7 +53,7 @@ class RecordingWindow:
             self._listeners.append(listener)
 
     def forget(self, listener: Callable[[bytes], None]) -> None:
-        """Ends `listen`."""
+        """Stops calling a listener."""
         with self._lock:
             self._listeners.remove(listener)
 
@@ -73,7 +73,7 @@ def _set_transform(tree: Any, path: list[str], _: dict[str, Any], packed: bytes)
 
 
 def _set_property(tree: Any, path: list[str], lowered: dict[str, Any], packed: bytes) -> None:
-    """Replaces what was set before: a property set in a loop must not grow the scene."""
+    """Replaces an earlier value: a property set in a loop must not make the scene grow."""
     node = find_node(tree, path)
     others = [old for old in node.properties if umsgpack.unpackb(old)["property"] != lowered["property"]]
     node.properties = [*others, packed]

@@ -1,4 +1,4 @@
-"""A MeshCat scene: to keep as a file, or to watch while it changes."""
+"""A MeshCat scene, to save in a file or to watch while it changes."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from robust_ik.runtime.output_files import write_file
 
 
 class Scene:
-    """What is drawn. Without a server it is only remembered, for `save`; with one it can be watched.
+    """A MeshCat scene. Without a server it is only recorded, for `save`; with one it can be watched in a browser.
 
-    `scene["any/path"]` is a meshcat Visualizer: everything that meshcat can draw can be put there.
+    `scene["any/path"]` is a meshcat Visualizer, which accepts everything that meshcat can draw.
 
     Attributes:
-        visualizer: The root of what is drawn.
+        visualizer: The root node.
         server: The live server, if there is one.
     """
 
@@ -50,23 +50,23 @@ class Scene:
 
     @property
     def url(self) -> str | None:
-        """Where to watch it; None if it is not served."""
+        """The address to watch it; None if it is not served."""
         return None if self.server is None else self.server.url
 
     @property
     def commands(self) -> list[bytes]:
-        """The packed meshcat commands that build it anew."""
+        """The packed meshcat commands that build it again."""
         return self._window.commands()
 
     def clear(self) -> None:
-        """Removes all that was drawn and ends what plays."""
+        """Removes all drawings and ends the animation."""
         self.visualizer.delete()
         if self._window.animated:
             self._window.send(Tracks.none().command())
 
     @checked
     def add_floor(self, size: float, height: float = 0.0) -> None:
-        """A calm grid of about that half-size, m, instead of meshcat's."""
+        """Adds a light grid of about that half-size, m, instead of meshcat's."""
         size, height = checked_parameter("size", size), checked_parameter("height", height)
         step = _round(max(size, 1e-6) / 6)
         self.visualizer["/Grid"].set_property("visible", False)
@@ -78,7 +78,7 @@ class Scene:
 
     @checked
     def look_at(self, points: Array, along: Array | None = None, front: Array | None = None) -> None:
-        """Places the camera so that points (N, 3) are seen; `along` and `front` as for `View.of`."""
+        """Places the camera so that points (N, 3) are in view; `along` and `front` as for `View.of`."""
         places = as_measures(points, "points", (None, 3))
         axes = [None if each is None else as_measures(each, "along and front", (3,)) for each in (along, front)]
         if places.ndim != 2 or len(places) == 0:
@@ -87,7 +87,7 @@ class Scene:
 
     @checked
     def html(self, title: str = "Scene") -> str:
-        """A self-contained page of the scene as it is now."""
+        """A self-contained page of the present scene."""
         return scene_page(self.commands, title)
 
     @checked
@@ -100,7 +100,7 @@ class Scene:
         return write_file(path, self.html(title))
 
     def close(self) -> None:
-        """Stops serving; what was drawn can still be saved."""
+        """Stops serving; the scene can still be saved."""
         if self.server is not None:
             self.server.close()
 
@@ -113,7 +113,7 @@ class Scene:
         self.close()
 
     def _repr_html_(self) -> str:
-        """A frame for a notebook: of the live page, or of the scene as it is now."""
+        """A frame for a notebook: the live page, or the present scene."""
         served = self.server is not None and self.server.running
         source = f'src="{self.url}"' if served else f'srcdoc="{html.escape(self.html())}"'
         return f'<iframe {source} style="width: 100%; height: 480px; border: 0"></iframe>'
@@ -123,13 +123,13 @@ class Scene:
 def serve(port: int = 0) -> Scene:
     """An empty scene that a browser on this machine can watch at `scene.url`.
 
-    The server listens on 127.0.0.1 only. It is a thread of this program: it ends with it, however that ends.
+    The server listens on 127.0.0.1 only. It is a thread of this program and ends with it in any case.
 
     Args:
-        port: TCP port; 0 takes one that is free.
+        port: TCP port; 0 for any free one.
 
     Raises:
-        OSError: The port is taken.
+        OSError: The port is in use.
     """
     return Scene.live(port)
 

@@ -1,7 +1,7 @@
 """Directions and poses that change in time without flicker. Arrays only.
 
-A singular vector has no sign of its own, equal singular values leave their vectors free to turn, and their order
-changes; here each follows the one that it was.
+A singular vector has no sign, equal singular values leave their vectors free to rotate, and the order of singular
+values changes. Here each vector is the continuation of the one before.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from robust_ik.checks import Array
 from robust_ik.kinematics.svd import svd
 
 EQUAL = 1e-3
-"""Singular values closer than this fraction of the largest one are taken as equal: their vectors may be turned."""
+"""Singular values closer than this fraction of the largest one count as equal: their vectors may be rotated."""
 
 
 def full_basis(J: Array) -> tuple[Array, Array]:
@@ -31,7 +31,7 @@ def full_basis(J: Array) -> tuple[Array, Array]:
 
 
 def follow(J: Array) -> tuple[Array, Array]:
-    """The task directions of a sequence of Jacobians, each column the continuation of the one before it.
+    """The task directions of a sequence of Jacobians, each column the continuation of the one before.
 
     Args:
         J: Jacobians, (N, m, n).
@@ -46,7 +46,7 @@ def follow(J: Array) -> tuple[Array, Array]:
 
 
 def _continued(U: Array, s: Array, before: Array) -> tuple[Array, Array]:
-    """U's columns reordered, signed and, where singular values are equal, turned, to be nearest to `before`."""
+    """U's columns reordered, signed and, for equal singular values, rotated, to be nearest to `before`."""
     overlap = U.T @ before
     strength = overlap**2
     groups = _groups(s)
@@ -62,11 +62,11 @@ def _continued(U: Array, s: Array, before: Array) -> tuple[Array, Array]:
 
 
 def follow_subspace(bases: Array, first: Array) -> Array:
-    """Bases of a subspace that moves, each turned within it to be nearest to the one before.
+    """Bases of a moving subspace, each rotated within it to be nearest to the one before.
 
     Args:
         bases: Orthonormal columns in any order, (N, m, k).
-        first: Columns that the first one is to be nearest to, (m, k).
+        first: Columns to which the first basis is made nearest, (m, k).
     """
     turned, before = np.empty_like(bases), first
     for i, basis in enumerate(bases):
@@ -75,7 +75,7 @@ def follow_subspace(bases: Array, first: Array) -> Array:
 
 
 def _nearest_turn(overlap: Array) -> Array:
-    """The orthogonal matrix that is nearest to an overlap (k, k) of two bases of one space (Procrustes)."""
+    """The orthogonal matrix nearest to the overlap (k, k) of two bases of one space (Procrustes)."""
     if len(overlap) == 1:
         return np.where(overlap < 0, -1.0, 1.0)
     decomposition = svd(overlap)
@@ -83,7 +83,7 @@ def _nearest_turn(overlap: Array) -> Array:
 
 
 def _groups(s: Array) -> list[NDArray[np.int_]]:
-    """Indices of descending singular values, those that are equal together."""
+    """Indices of descending singular values, in groups of equal ones."""
     breaks = np.flatnonzero(s[:-1] - s[1:] > EQUAL * max(s[0], np.finfo(float).tiny)) + 1
     return np.split(np.arange(len(s)), breaks)
 
@@ -94,7 +94,7 @@ def _permutations(count: int) -> NDArray[np.int_]:
 
 
 def carried_frames(directions: Array) -> Array:
-    """Rotations whose z axis points along directions (N, 3), with as little turning about it as can be.
+    """Rotations whose z axis points along directions (N, 3), with as little rotation about it as possible.
 
     A direction of length zero keeps the frame before it. Returns (N, 3, 3).
     """
@@ -108,7 +108,7 @@ def carried_frames(directions: Array) -> Array:
 
 
 def _squared(R: Array, z: Array) -> Array:
-    """R with z as its third axis exactly and the others square to it, so that rounding cannot add up."""
+    """R with exactly z as third axis and the others perpendicular to it, so that rounding does not accumulate."""
     x = R[:, 0] - (R[:, 0] @ z) * z
     x /= np.linalg.norm(x)
     return np.column_stack([x, _cross(z, x), z])
@@ -132,14 +132,14 @@ def _cross(a: Array, b: Array) -> Array:
 
 
 def right_handed(axes: Array) -> Array:
-    """Orthonormal frames (N, 3, 3) with the third axis reversed where they are left-handed."""
+    """Orthonormal frames (N, 3, 3); in left-handed ones the third axis is reversed."""
     axes = axes.copy()
     axes[np.linalg.det(axes) < 0, :, 2] *= -1
     return axes
 
 
 def quaternions(R: Array) -> Array:
-    """Unit quaternions (x, y, z, w) of rotations (N, 3, 3), each the one of its two nearest to that before it."""
+    """Unit quaternions (x, y, z, w) of rotations (N, 3, 3), with the sign that is nearest to the one before."""
     xx, yy, zz = R[:, 0, 0], R[:, 1, 1], R[:, 2, 2]
     wx, wy, wz = R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]
     xy, xz, yz = R[:, 0, 1] + R[:, 1, 0], R[:, 0, 2] + R[:, 2, 0], R[:, 1, 2] + R[:, 2, 1]

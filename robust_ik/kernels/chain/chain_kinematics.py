@@ -1,4 +1,4 @@
-"""Poses, Jacobians and their derivatives of many configurations: eight side by side, the rest one by one."""
+"""Poses, Jacobians and Hessians of many configurations: eight side by side, the rest one by one."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from robust_ik.kernels.compiler.simd_lanes import COUNT, Number, spread
 from robust_ik.kernels.compiler.stack_memory import ONE, Pointer, each_lane, further, lanes_of, pointer, sizes, stack
 
 MOST_JOINTS = sizes(208)
-"""Room for the joints of a chain: a robot has at most 200, and alone they are turned eight at a time."""
+"""Room for the joints of a chain: a robot has at most 200, and their sines are computed eight at a time."""
 SIX, TWELVE = sizes(6), sizes(12)
 
 
 @called
 def place(pack: Pointer, q: Pointer, count: int, axes: Pointer, end: Pointer, zero: Number) -> None:
-    """Axes and frames of the configurations that begin at q, as many as a number has lanes at the most."""
+    """Axes and frames of `count` configurations from pointer q on: at most as many as a Number has lanes."""
     L, c, nq = lanes_of(zero), int(pack[JOINTS]), int(pack[CONFIGURATION])
     motions, cosines = stack(zero, ONE, MOST_JOINTS), stack(zero, ONE, MOST_JOINTS)
     sines = stack(zero, ONE, MOST_JOINTS)
@@ -33,7 +33,7 @@ def place(pack: Pointer, q: Pointer, count: int, axes: Pointer, end: Pointer, ze
 
 @inlined
 def some_poses(pack: Pointer, q: Array, T: Array, begin: int, count: int, zero: Number) -> None:
-    """As many as a number has lanes at the most."""
+    """`poses` of q[begin : begin + count]: at most as many as a Number has lanes."""
     L = lanes_of(zero)
     axes, end = stack(zero, MOST_JOINTS, SIX), stack(zero, ONE, TWELVE)
     place(pack, further(pointer(q), begin * q.shape[1]), count, axes, end, zero)
@@ -49,7 +49,7 @@ def some_poses(pack: Pointer, q: Array, T: Array, begin: int, count: int, zero: 
 
 @kernel(given(1), given(2), filled(3))
 def poses(pack: Array, q: Array, T: Array) -> None:
-    """T[e] at q[e]."""
+    """Fills T[e] with the pose at q[e]."""
     chain, begin = pointer(pack), 0
     while len(q) - begin >= COUNT:
         some_poses(chain, q, T, begin, COUNT, spread(0.0))
@@ -60,7 +60,7 @@ def poses(pack: Array, q: Array, T: Array) -> None:
 
 @inlined
 def some_jacobians(pack: Pointer, q: Array, J: Array, begin: int, count: int, reference: int, zero: Number) -> None:
-    """As many as a number has lanes at the most."""
+    """`jacobians` of q[begin : begin + count]: at most as many as a Number has lanes."""
     L = lanes_of(zero)
     axes, end = stack(zero, MOST_JOINTS, SIX), stack(zero, ONE, TWELVE)
     place(pack, further(pointer(q), begin * q.shape[1]), count, axes, end, zero)
@@ -80,7 +80,7 @@ def some_jacobians(pack: Pointer, q: Array, J: Array, begin: int, count: int, re
 
 @kernel(given(1), given(2), filled(3), WHOLE)
 def jacobians(pack: Array, q: Array, J: Array, reference: int) -> None:
-    """J[e] at q[e]."""
+    """Fills J[e] with the Jacobian at q[e]."""
     chain, begin = pointer(pack), 0
     while len(q) - begin >= COUNT:
         some_jacobians(chain, q, J, begin, COUNT, reference, spread(0.0))
@@ -91,7 +91,7 @@ def jacobians(pack: Array, q: Array, J: Array, reference: int) -> None:
 
 @kernel(given(1), given(2), filled(4), WHOLE)
 def hessians(pack: Array, q: Array, H: Array, reference: int) -> None:
-    """H[e, r, j, k] = ∂J_rj/∂q_k at q[e].
+    """Fills H[e, r, j, k] = ∂J_rj/∂q_k at q[e].
 
     With twists (v, w) of the joints along the chain, in the world's reference ∂S_i/∂q_k = [S_k, S_i] for k < i, in the
     frame's own [S_i, S_k] for k > i, else 0; aligned with the world, ∂v_i/∂q_k = w_min(i,k) × v_max(i,k) and

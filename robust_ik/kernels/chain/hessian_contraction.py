@@ -21,10 +21,10 @@ def add_cross(x: Number, y: Number, z: Number, b: Pointer, at: int, result: Poin
 
 @called
 def bend(twists: Pointer, motions: Pointer, count: int, bends: Pointer, zero: Number) -> None:
-    """How the twist Σᵢ motionᵢ (vᵢ, wᵢ) of the frame changes with each joint of the chain, 6 numbers a joint.
+    """Derivatives of the frame's twist Σᵢ motionᵢ (vᵢ, wᵢ) with respect to each joint of the chain, 6 numbers a joint.
 
-    As ∂vᵢ/∂q_k = w_min(i,k) × v_max(i,k) and ∂wᵢ/∂q_k = w_k × wᵢ for k < i, else 0, it takes the sums over the joints
-    before k and from k on; this holds for sliding joints too, whose w is 0.
+    Since ∂vᵢ/∂q_k = w_min(i,k) × v_max(i,k), and ∂wᵢ/∂q_k = w_k × wᵢ for k < i, else 0, it needs only the sums over the
+    joints before k and from k on. This holds for sliding joints too, whose w is 0.
 
     Source: Almarkhi-Maciejewski, eq. (9), with p_i in the branch k < i.
     """
@@ -51,7 +51,7 @@ def bend(twists: Pointer, motions: Pointer, count: int, bends: Pointer, zero: Nu
 def some_contractions(
     pack: Pointer, q: Array, left: Array, right: Array, paired: int, result: Array, begin: int, count: int, zero: Number
 ) -> None:
-    """As many as a number has lanes at the most."""
+    """`contractions` of q[begin : begin + count]: at most as many as a Number has lanes."""
     L, joints = lanes_of(zero), int(pack[JOINTS])
     many, size, n = left.shape[1], right.shape[1], right.shape[2]
     twists, end = stack(zero, MOST_JOINTS, SIX), stack(zero, ONE, TWELVE)
@@ -90,9 +90,9 @@ def some_contractions(
 
 @kernel(given(1), given(2), given(3), given(3), WHOLE, filled(3))
 def contractions(pack: Array, q: Array, left: Array, right: Array, paired: int, result: Array) -> None:
-    """Of configurations (N, nq) with wrenches (N, a, 6) and joint motions (N, b, n): into (N, a b, n).
+    """Fills result (N, a b, n) for configurations (N, nq), wrenches (N, a, 6) and joint motions (N, b, n).
 
-    Row a b + b is that of the pair (a, b); if they are paired there are as many of both, and row a is that of (a, a).
+    Row i · b + j belongs to wrench i and motion j. If they are paired, a = b, and row i belongs to the i-th pair.
     """
     chain, begin = pointer(pack), 0
     while len(q) - begin >= COUNT:

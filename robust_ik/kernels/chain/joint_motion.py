@@ -1,4 +1,4 @@
-"""Where a chain's frame is and how its joints move it, for one configuration or for eight."""
+"""Pose of a chain's frame and twists of its joints, for one configuration or for eight."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ from robust_ik.kernels.compiler.stack_memory import Pointer
 from robust_ik.kernels.matrices.vectors import mixed, plus, three_of, turned, vector
 
 LOCAL_WORLD_ALIGNED, LOCAL, WORLD = 0, 1, 2
-"""Codes of the references of twists: their places in `kinematics.chain.REFERENCES`."""
+"""Codes of the frames in which twists are expressed: their places in `kinematics.chain.REFERENCES`."""
 
 
 @inlined
 def read_motions(pack: Pointer, q: Pointer, motions: Pointer, lane: int, lanes: int) -> None:
-    """The angle or length of every joint, from one configuration into one lane."""
+    """Reads the angle or length of every joint, from one configuration into one lane."""
     for i in range(int(pack[JOINTS])):
         at = HEAD + i * STRIDE
         kind, place = pack[at + KIND], int(pack[at + PLACE])
@@ -44,7 +44,7 @@ def read_motions(pack: Pointer, q: Pointer, motions: Pointer, lane: int, lanes: 
 
 @inlined
 def read_circles(pack: Pointer, q: Pointer, cosines: Pointer, sines: Pointer, lane: int, lanes: int) -> None:
-    """Cosine and sine of the joints that q has them of, over what was made of their motions."""
+    """Reads cosine and sine of the joints for which q holds them, over the ones computed from angles."""
     for i in range(int(pack[JOINTS])):
         at = HEAD + i * STRIDE
         if pack[at + KIND] == CIRCLING:
@@ -56,16 +56,16 @@ def read_circles(pack: Pointer, q: Pointer, cosines: Pointer, sines: Pointer, la
 def move(
     pack: Pointer, motions: Pointer, cosines: Pointer, sines: Pointer, axes: Pointer, end: Pointer, zero: Number
 ) -> None:
-    """Axes of the joints and the pose of the frame, world axes.
+    """Axes of the joints and the pose of the frame, in world axes.
 
     Args:
         pack: The chain.
-        motions: Of each joint.
-        cosines: Of the motions of joints that turn.
-        sines: The same.
+        motions: The motion of each joint.
+        cosines: Cosines of the motions of joints that turn.
+        sines: Their sines.
         axes: Filled with the unit vector and the origin of each axis, 6 numbers a joint.
         end: Filled with the frame's rotation, row by row, and its origin, 12 numbers.
-        zero: 0, one or eight.
+        zero: 0 as one number, or as eight lanes.
     """
     one = zero + 1.0
     u, v, w, p = vector(one, zero, zero), vector(zero, one, zero), vector(zero, zero, one), vector(zero, zero, zero)
@@ -95,7 +95,7 @@ def move(
 
 @inlined
 def joint_twists(pack: Pointer, axes: Pointer, end: Pointer, twists: Pointer, reference: int, zero: Number) -> None:
-    """What each joint of the chain does to the frame per unit speed: linear, then angular, 6 numbers a joint.
+    """Twist of the frame per unit speed of each joint of the chain: linear, then angular, 6 numbers a joint.
 
     Args:
         pack: The chain.
@@ -103,7 +103,7 @@ def joint_twists(pack: Pointer, axes: Pointer, end: Pointer, twists: Pointer, re
         end: From `move`.
         twists: Filled; may be `axes` itself.
         reference: LOCAL_WORLD_ALIGNED (the frame's point, world axes), LOCAL (its axes) or WORLD (the world's origin).
-        zero: 0, one or eight.
+        zero: 0 as one number, or as eight lanes.
     """
     x, y, z = end[9], end[10], end[11]
     if reference == WORLD:
@@ -126,7 +126,7 @@ def joint_twists(pack: Pointer, axes: Pointer, end: Pointer, twists: Pointer, re
 
 @inlined
 def _into(end: Pointer, x: Number, y: Number, z: Number) -> tuple[Number, Number, Number]:
-    """A vector in the frame's own axes."""
+    """Components of a world vector in the frame's own axes."""
     return (
         end[0] * x + end[3] * y + end[6] * z,
         end[1] * x + end[4] * y + end[7] * z,
@@ -148,6 +148,6 @@ def add_columns(pack: Pointer, twists: Pointer, J: Pointer, width: int) -> None:
 def place_frame(
     pack: Pointer, motions: Pointer, cosines: Pointer, sines: Pointer, axes: Pointer, end: Pointer, zero: Number
 ) -> None:
-    """`move`, from motions alone: no joint of the chain has its cosine in q."""
+    """`move` from motions alone, for a chain of which q holds no cosines and sines."""
     cosines_and_sines(motions, cosines, sines, int(pack[JOINTS]))
     move(pack, motions, cosines, sines, axes, end, zero)

@@ -15,13 +15,13 @@ from robust_ik.kernels.compiler.simd_lanes import LANES, Number, where
 from robust_ik.kernels.compiler.stack_memory import Pointer, by_eights
 
 LARGEST = 1e5
-"""Angles beyond this are brought into [−π, π] first. Up to 2²⁰ π/2 the products of FIRST and SECOND are exact."""
+"""Angles beyond this are first brought into [−π, π]. Up to 2²⁰ π/2 the products of FIRST and SECOND are exact."""
 ROUNDING = 6755399441055744.0
 """1.5 · 2⁵²: adding and subtracting it rounds to a whole number."""
 QUARTERS = 2 / math.pi
-"""Quarter turns per rad."""
+"""Quarter turns per radian."""
 FIRST, SECOND, THIRD = 1.57079632673412561417e00, 6.07710050630396597660e-11, 2.02226624879595063154e-21
-"""π/2 in parts: its first 33 bits, the next 33, what is left. pio2_1, pio2_2 and pio2_2t of e_rem_pio2.c."""
+"""π/2 in three parts: its first 33 bits, the next 33, the rest. pio2_1, pio2_2 and pio2_2t of e_rem_pio2.c."""
 S1, S2, S3 = -1.66666666666666324348e-01, 8.33333333332248946124e-03, -1.98412698298579493134e-04
 S4, S5, S6 = 2.75573137070700676789e-06, -2.50507602534068634195e-08, 1.58969099521155010221e-10
 """S1 to S6: sin x ≈ x + S1 x³ + … + S6 x¹³ for |x| ≤ π/4, a minimax polynomial; k_sin.c, error below 2⁻⁵⁸."""
@@ -32,13 +32,13 @@ C4, C5, C6 = -2.75573143513906633035e-07, 2.08757232129817482790e-09, -1.1359647
 
 @inlined
 def near(angle: float) -> float:
-    """The same direction as an angle that is not too large for `cosine_and_sine`."""
+    """The angle, or one of the same direction that is small enough for `cosine_and_sine`."""
     return angle if abs(angle) <= LARGEST else math.atan2(math.sin(angle), math.cos(angle))
 
 
 @inlined
 def cosine_and_sine(angle: Number) -> tuple[Number, Number]:
-    """Of an angle of at most LARGEST."""
+    """Cosine and sine of an angle of at most LARGEST."""
     turns = (angle * QUARTERS + ROUNDING) - ROUNDING
     x = ((angle - turns * FIRST) - turns * SECOND) - turns * THIRD
     z = x * x
@@ -60,7 +60,10 @@ def cosine_and_sine(angle: Number) -> tuple[Number, Number]:
 
 
 def cosines_and_sines(angles: Pointer, cosines: Pointer, sines: Pointer, count: int) -> None:
-    """Of `count` angles; alone, eight at a time, so that there must be room for a multiple of 8."""
+    """Cosines and sines of `count` angles.
+
+    For one configuration eight angles are done at a time: there must be room for a multiple of 8.
+    """
     raise NotImplementedError
 
 

@@ -1,7 +1,7 @@
-"""What is said before a kernel is compiled that somebody would have to wait for.
+"""Announces that a kernel will be compiled, if that takes so long that the user would notice.
 
-It is a warning of the logger `robust_ik`, since Python shows warnings of loggers without any set-up: a program that
-seems to hang for half a minute is one that people stop.
+It is a warning of the logger `robust_ik`, since Python shows warnings of loggers without any set-up: people stop a
+program that seems to hang for half a minute.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 WORTH_SAYING = 3
-"""Seconds below which nothing is said."""
+"""Compile times below this, in seconds, are not announced."""
 
 WHAT = {
     "chain_kinematics": "the kinematics",
@@ -22,7 +22,7 @@ WHAT = {
     "pose_search": "the pose solver",
     "step_entries": "the control step",
 }
-"""What the kernels of a module are for."""
+"""The purpose of each module of kernels, in the words of the announcement."""
 
 SECONDS = {
     "chain_kinematics.poses": 4, "chain_kinematics.jacobians": 1, "chain_kinematics.hessians": 1,
@@ -35,7 +35,7 @@ SECONDS = {
 """CPU seconds that a kernel takes to compile on one core, as `python -m benchmarks.compile_time` measures them."""
 
 MISSED: list[str] = []
-"""What this process has had to compile, by module and function: it was nowhere on disk."""
+"""Names of kernels that this process had to compile since they were nowhere on disk."""
 
 
 def kernel_name(function: Callable[..., Any]) -> str:
@@ -44,7 +44,7 @@ def kernel_name(function: Callable[..., Any]) -> str:
 
 
 def announce(function: Callable[..., Any]) -> None:
-    """Says that a kernel is compiled now and how long that takes, where it is worth saying."""
+    """Logs that a kernel is being compiled and about how long it takes, if at least WORTH_SAYING."""
     name = kernel_name(function)
     MISSED.append(name)
     if (seconds := SECONDS.get(name, 0)) >= WORTH_SAYING:

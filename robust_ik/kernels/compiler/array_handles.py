@@ -1,8 +1,8 @@
-"""Arrays as Python hands them over, read where NumPy keeps them.
+"""Reads NumPy arrays directly in memory, without Numba's conversion of arguments.
 
-Numba's own arrays cost a check of types for each call and a record for each array. A handle is the address of whatever
-object was given; whether that is an array as wanted is asked of the places that every extension module reads it from,
-which NumPy's binary interface fixes.
+Numba's own arrays cost a check of types for each call and a record for each array. A handle is the address of any
+Python object. Whether the object is an array of the right kind is read from fixed places in memory; NumPy's binary
+interface fixes them, since every extension module uses them.
 
 Source: NumPy's reference, "Python types and C structures": PyArrayObject and PyArray_Descr.
 """
@@ -22,21 +22,21 @@ from robust_ik.kernels.compiler.compiling import HANDLE, HandleType, inlined
 from robust_ik.kernels.compiler.stack_memory import Pointer, at_address
 
 HEAD = object.__basicsize__
-"""Bytes before what an object has beyond being one; the last of them hold the address of its class."""
+"""Bytes of the header of every Python object; the last 8 hold the address of its class."""
 CLASS = HEAD - 8
-"""Where that address is: in the last of them, eight bytes."""
+"""Offset of that address."""
 DATA, AXES, SHAPE, KIND, FLAGS = HEAD, HEAD + 8, HEAD + 16, HEAD + 40, HEAD + 48
-"""Of an array: where its numbers are, how many axes, where their lengths are, where its dtype is, flags."""
+"""Offsets in an array object: address of its numbers, number of axes, addresses of its shape and its dtype, flags."""
 ORDER, NUMBER = HEAD + 10, HEAD + 12
-"""Of a dtype: its order of bytes, a character, and its number."""
+"""Offsets in a dtype object: its byte order, a character, and its type number."""
 NATIVE, DOUBLE = ord("="), np.dtype(float).num
-"""What both are of doubles in this machine's order of bytes."""
+"""Byte order and type number of doubles in this machine's order of bytes."""
 CONTIGUOUS, ALIGNED, WRITEABLE = 0x1, 0x100, 0x400
 """Bits of the flags: NPY_ARRAY_C_CONTIGUOUS, NPY_ARRAY_ALIGNED and NPY_ARRAY_WRITEABLE of NumPy's ndarraytypes.h."""
 
 
 def _expect_arrays() -> None:
-    """Refuses to go on where NumPy keeps arrays otherwise: what is read then would be nonsense."""
+    """Raises if NumPy lays arrays out otherwise in memory: what is read then would be nonsense."""
 
     def whole(address: int) -> int:
         return ctypes.c_int64.from_address(address).value
@@ -68,7 +68,7 @@ def _unbox(kind: Any, given: Any, c: Any) -> Any:
 
 
 def _reader(bits: int) -> Any:
-    """A function that reads a whole number of so many bits at an address."""
+    """A function that reads an integer of `bits` bits at an address."""
 
     @intrinsic
     def read(typing_context: Any, address: Any) -> Any:
@@ -86,20 +86,20 @@ byte_at, half_at, whole_at = _reader(8), _reader(32), _reader(64)
 
 @intrinsic
 def address_of(typing_context: Any, handle: Any) -> Any:
-    """Where the object is."""
+    """The address of the object."""
     return types.int64(HANDLE), lambda context, builder, signature, values: values[0]
 
 
 @inlined
 def is_vector(handle: Any, array_class: int, length: int, flags: int) -> bool:
-    """Whether it is an array of class `array_class` of so many doubles in one row, with these flags."""
+    """Whether the object is an array of class `array_class` with `length` doubles in one axis and these flags."""
     at = address_of(handle)
     return bool(_is_plain(at, array_class, 1, flags) and whole_at(whole_at(at + SHAPE)) == length)
 
 
 @inlined
 def is_matrix(handle: Any, array_class: int, rows: int, columns: int, flags: int) -> bool:
-    """Whether it is an array of class `array_class` of rows and columns of doubles, with these flags."""
+    """Whether the object is an array of class `array_class` with rows × columns doubles and these flags."""
     at = address_of(handle)
     if not _is_plain(at, array_class, 2, flags):
         return False
@@ -117,5 +117,5 @@ def _is_plain(at: int, array_class: int, axes: int, flags: int) -> bool:
 
 @inlined
 def numbers_of(handle: Any) -> Pointer:
-    """The first of an array's doubles."""
+    """Pointer to the first of an array's doubles."""
     return at_address(whole_at(address_of(handle) + DATA))

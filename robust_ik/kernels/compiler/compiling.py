@@ -1,4 +1,4 @@
-"""How a function is compiled: once for declared types, kept on disk where that is possible, never inside a loop."""
+"""Compiles functions: once, for declared types, kept on disk if possible, never inside a loop."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
 
 
 def inlined(function: Function) -> Function:
-    """A piece of kernels, compiled into each of them."""
+    """A helper that is compiled into each function that calls it."""
     jitted: Function = numba.njit(inline="always", **OPTIONS)(function)
     return jitted
 
@@ -31,7 +31,7 @@ FLOAT, WHOLE = types.float64, types.int64
 
 
 class HandleType(types.Type):
-    """Any object, by its address: see `handles`."""
+    """Type of any Python object, given by its address: see `array_handles`."""
 
     def __init__(self) -> None:
         super().__init__(name="Handle")
@@ -41,17 +41,17 @@ HANDLE = HandleType()
 
 
 def given(axes: int) -> Any:
-    """The type of an array of doubles that is only read, C-contiguous."""
+    """Type of a C-contiguous array of doubles that is only read."""
     return types.Array(FLOAT, axes, "C", readonly=True)
 
 
 def filled(axes: int) -> Any:
-    """The type of an array of doubles that is written to, C-contiguous."""
+    """Type of a C-contiguous array of doubles that is written to."""
     return types.Array(FLOAT, axes, "C")
 
 
 def kernel(*arguments: Any) -> Callable[[Function], Kernel]:
-    """A function that Python calls, compiled when it is first needed for these types of arguments and for no others."""
+    """A function for Python to call, compiled at its first use for these types of arguments and for no others."""
 
     def made(function: Function) -> Kernel:
         KERNELS.append(Kernel(function, arguments))
@@ -61,11 +61,11 @@ def kernel(*arguments: Any) -> Callable[[Function], Kernel]:
 
 
 class Kernel:
-    """A function that is compiled, or read from disk, when it is first needed.
+    """A function that is compiled, or read from disk, at its first use.
 
     Attributes:
-        name: What it is called in its module.
-        most: How many joints, rows and columns it is for at most, as its name says by _8 or _16; None for any number.
+        name: Its name in its module.
+        most: Most joints, rows and columns it can handle, from the ending _8 or _16 of its name; None for any number.
         arguments: The types of arguments it takes; others raise TypeError.
     """
 
@@ -77,9 +77,9 @@ class Kernel:
 
     @property
     def compiled(self) -> Callable[..., Any]:
-        """What to call in a loop: nothing is checked or compiled any more. The same for every thread."""
+        """The compiled function, for calls in a loop: nothing is checked any more. The same for every thread."""
         if self._compiled is None:
-            with global_compiler_lock:  # Numba's own: with a second lock two threads might wait for each other
+            with global_compiler_lock:  # Numba's own lock: with a second one two threads might wait for each other
                 if self._compiled is None:
                     self._compiled = compiled(self._function, self.arguments)
         return self._compiled
@@ -90,21 +90,21 @@ class Kernel:
 
 
 KERNELS: list[Kernel] = []
-"""All that modules imported so far have declared."""
+"""All kernels of the modules imported so far."""
 
 
 def every_kernel() -> Sequence[Kernel]:
-    """All that the modules below `robust_ik.kernels` declare, however deep they lie."""
+    """All kernels below `robust_ik.kernels`, after importing every module there."""
     for module in pkgutil.walk_packages([str(Path(__file__).parents[1])], "robust_ik.kernels."):
         importlib.import_module(module.name)
     return tuple(KERNELS)
 
 
 def compiled(function: Callable[..., Any], arguments: tuple[Any, ...]) -> Callable[..., Any]:
-    """A dispatcher that knows these arguments and compiles no more; for handles what is behind it, without a choice.
+    """A dispatcher for these arguments that compiles no further ones; for handles, the compiled function behind it.
 
-    What takes handles is called one by one, for microseconds. It keeps Python's lock: to let it go takes time, and
-    another thread that gets it may hold it for milliseconds.
+    A kernel that takes handles is called for microseconds at a time. So it keeps Python's lock: to release it takes
+    time, and another thread that gets it may hold it for milliseconds.
     """
     brief = HANDLE in arguments
     dispatcher = numba.njit(**{**OPTIONS, "nogil": not brief})(function)
@@ -117,13 +117,13 @@ def compiled(function: Callable[..., Any], arguments: tuple[Any, ...]) -> Callab
 
 
 def _keep(made: Any, function: Callable[..., Any]) -> None:
-    """Has a dispatcher look on disk before it compiles, unless there is no source, or one that does not say all."""
+    """Makes a dispatcher look on disk before it compiles, if the source file determines the whole function."""
     with suppress(OSError):
         made._cache = Store(function)  # noqa: SLF001
 
 
 def callback(function: Callable[..., Any], signature: Any) -> Any:
-    """A function that compiled code calls by its address: a Numba CFunc, with `.address`, which must be held on to."""
+    """A Numba CFunc, which compiled code calls by its `.address`; the caller must keep a reference to it."""
     made = CFunc(function, (signature.args, signature.return_type), locals={}, options=dict(OPTIONS))
     _keep(made, function)
     made.compile()
@@ -131,6 +131,6 @@ def callback(function: Callable[..., Any], signature: Any) -> Any:
 
 
 def called(function: Function) -> Function:
-    """A piece that is too large to be compiled into every place that calls it."""
+    """A helper that is too large to be compiled into every function that calls it."""
     jitted: Function = numba.njit(**OPTIONS)(function)
     return jitted

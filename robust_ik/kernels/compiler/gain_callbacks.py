@@ -1,4 +1,4 @@
-"""Formulas of gains as functions that kernels call by their address."""
+"""Compiles gain formulas to functions that kernels call by address."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from robust_ik.kernels.compiler.compiling import callback
 from robust_ik.kernels.compiler.where import where
 
 SIGNATURE = types.float64(*[types.float64] * 5, types.CPointer(types.float64))
-"""σ, σ₁, the smallest σ, Π σ, how many σ come after this one, and the parameters."""
+"""From σ, σ₁, the smallest σ, Π σ, how many σ come after this one, and a pointer to the parameters, to the gain."""
 
 _callbacks: dict[Callable[..., Any], Any] = {}
-"""What addresses belong to, which must not be collected; None where there is none."""
+"""Compiled formulas, kept so that their addresses stay valid; None for a formula that cannot be compiled."""
 _lock = threading.Lock()
 _known: set[FunctionType] = {where}  # type: ignore[arg-type]
 
@@ -30,11 +30,11 @@ def _where(condition: Any, x: Any, y: Any) -> Any:
 
 
 def address_of(formula: Callable[..., Any]) -> int | None:
-    """Where the compiled formula begins, or None where it uses what cannot be compiled; then a warning says what.
+    """The address of the compiled formula; None, with a warning that says why, if it cannot be compiled.
 
     It is compiled once, in this process or in an earlier one.
     """
-    with _lock:  # of two threads, one must not drop what the other has the address of
+    with _lock:  # a second thread must not replace the callback whose address the first one has
         if formula not in _callbacks:
             _callbacks[formula] = _compiled(formula)
     return None if _callbacks[formula] is None else int(_callbacks[formula].address)
@@ -51,7 +51,7 @@ def _compiled(formula: Callable[..., Any]) -> Any:
 
 
 def _announce(function: Any) -> None:
-    """Lets what is compiled call the plain functions that it names, and those that they name."""
+    """Allows compiled code to call the plain functions that a function uses, and those that they use."""
     for name in function.__code__.co_names:
         other = function.__globals__.get(name)
         if isinstance(other, FunctionType) and other not in _known:

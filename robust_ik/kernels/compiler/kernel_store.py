@@ -1,11 +1,11 @@
-"""Compiled kernels on disk: what is compiled once is read from then on, by every process and from wherever it lies.
+"""Compiled kernels on disk: what is compiled once is then read by every process, from any folder.
 
-In place of Numba's own cache, which looks at the file of the function alone, so that a kernel would outlive a change of
-the pieces it is made of; which cannot read from a folder that it may not write to, as in a container; and which lets an
-error in writing end the program. Here the name of a file says all that its contents depend on: there is no index to
-keep in step, processes that compile the same thing at once write the same file, and a copy elsewhere is as good.
+It replaces Numba's own cache, which has three faults: it looks at the function's own file only, so that a kernel would
+not notice a change of the helpers it is made of; it cannot read from a folder that is read-only, as in a container;
+and an error in writing ends the program. Here the name of a file is a hash of all that its contents depend on: there
+is no index, processes that compile the same kernel at once write the same file, and files may be copied.
 
-What is read is run: only what nobody else can have written is read, see `trusted_folders`.
+What is read is executed, so only files that nobody else can have written are read: see `trusted_folders`.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ from robust_ik.kernels.compiler.announcing import announce
 from robust_ik.kernels.compiler.trusted_folders import make_folder, open_to_others, why_not_file, why_not_folder
 
 FOLDER = Path(__file__).parents[1]
-"""Of all kernels, with its sub-folders."""
+"""The folder of all kernels, with its sub-folders."""
 SUFFIX = ".kernel"
 KEPT = 8
-"""Files of one kernel that are left in a folder: versions, Pythons, processors."""
+"""Most files of one kernel that are left in a folder, for versions of the code, of Python and of processors."""
 SETTINGS = ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "BOUNDSCHECK", "DEBUGINFO_DEFAULT")
-"""Of Numba, by environment variables, which change the machine code; the processor's are in the target's own key."""
+"""Numba's settings by environment variables that change the machine code; the target's own key names the processor."""
 _told: list[str] = []
 _refused: set[Path] = set()
 
@@ -44,25 +44,26 @@ def _digest(*parts: bytes) -> bytes:
 
 
 SOURCES = _digest(*(source.read_bytes() for source in sorted(FOLDER.rglob("*.py"))))
-"""Of all kernels, read once, when the first is imported: what is running may be older than what is there later on."""
+"""Hash of the sources of all kernels, read once at the first import: the files may change while the program runs."""
 
 
 def places() -> Iterator[Path]:
-    """Where kernels may lie, best first: NUMBA_CACHE_DIR, beside the sources, the user's cache."""
+    """Folders where kernels may lie, best first: NUMBA_CACHE_DIR, beside the sources, the user's cache."""
     if numba.config.CACHE_DIR:
         yield Path(numba.config.CACHE_DIR) / "robust_ik"
     yield FOLDER / "__pycache__"
     from numba.misc.appdirs import AppDirs
 
     user = Path(AppDirs("robust_ik", appauthor=False).user_cache_dir)
-    if user.is_absolute():  # it is not for a user without a home: then it would be made wherever the program runs
+    if user.is_absolute():  # not absolute for a user without a home: it would be made in the working folder
         yield user
 
 
 def _trusted_places() -> Iterator[Path]:
-    """The places that nobody else can write to; of another it is said once why it is left out.
+    """The places that nobody else can write to; each other place is named once in a warning with the reason.
 
-    Who may write to the sources may do without kernels: what lies beside them may be open to the same people.
+    Those who may write to the sources need no kernels to run code, so the folder beside the sources may be open to
+    them.
     """
     for place in places():
         beside = open_to_others(FOLDER) if place == FOLDER / "__pycache__" else None
@@ -75,7 +76,7 @@ def _trusted_places() -> Iterator[Path]:
 
 
 class Store:
-    """Where the machine code of one function is kept: what a dispatcher asks its cache for, and no error from it.
+    """The file cache that Numba asks for one function's machine code; reading and writing raise no errors.
 
     Raises:
         OSError: The function comes from no file, or is a closure.
@@ -93,7 +94,7 @@ class Store:
         self._source = _digest(*(part.encode() for part in _made_of(function, {})), SOURCES)
 
     def load_overload(self, signature: Any, target: Any) -> Any:
-        """The function as it was compiled, or None: what is missing, unreadable or damaged is compiled again."""
+        """The compiled function; None, so that it is compiled again, if its file is missing, unreadable or damaged."""
         try:
             from numba.core.compiler import CompileResult
 
@@ -107,7 +108,7 @@ class Store:
         return None
 
     def save_overload(self, signature: Any, compiled: Any) -> None:
-        """Keeps what was compiled in the first place where that is possible."""
+        """Writes the compiled function to the first place where that is possible."""
         try:
             from numba.core.serialize import dumps
 
@@ -120,12 +121,12 @@ class Store:
             _tell(f"{self._name} is not kept, and compiled by every process: {error}")
 
     def enable(self) -> None:
-        """Nothing."""
+        """Does nothing."""
 
     disable = flush = enable
 
     def _file(self, signature: Any, codegen: Any) -> str:
-        """The name of the file, from all that the machine code depends on."""
+        """The name of the file: a hash of all that the machine code depends on."""
         python = f"{sys.implementation.cache_tag} {getattr(sys, 'abiflags', '')}"
         settings = [getattr(numba.config, name, None) for name in SETTINGS]
         key = repr((python, numba.__version__, codegen.magic_tuple(), str(signature), settings))
@@ -133,16 +134,16 @@ class Store:
 
 
 def _made_of(function: Callable[..., Any], seen: dict[Any, str]) -> Iterable[str]:
-    """The sources of a function and of those that it names, with the numbers that they name: these may lie anywhere."""
+    """The sources of a function and of the functions it uses, with the constants they use: they may lie in any file."""
     if function.__closure__ is not None:
         raise OSError("what a closure holds is in no file")
     if function not in seen:
         file = Path(function.__code__.co_filename)
-        ours = FOLDER in file.parents  # what SOURCES stands for
+        ours = FOLDER in file.parents  # SOURCES covers these
         seen[function] = file.read_text(encoding="utf-8")
         for name in function.__code__.co_names:
             value = function.__globals__.get(name)
-            value = getattr(value, "py_func", value)  # of what is compiled, what was written
+            value = getattr(value, "py_func", value)  # the Python function of a compiled one
             if isinstance(value, FunctionType):
                 _made_of(value, seen)
             elif isinstance(value, (int, float, tuple)) and not isinstance(value, np.generic):
@@ -160,7 +161,7 @@ def _is_constant(value: Any) -> bool:
 
 
 def _read(path: Path) -> bytes | None:
-    """What was written, if it is there and whole: machine code that is not would end the process."""
+    """The content of a file if it is whole, else None: damaged machine code would end the process."""
     try:
         with path.open("rb") as file:
             reason = why_not_file(file.fileno(), path)
@@ -173,7 +174,7 @@ def _read(path: Path) -> bytes | None:
 
 
 def _write(path: Path, content: bytes) -> bool:
-    """Whether it could be written; nobody ever sees half of a file."""
+    """Writes a file in one step, so that nobody ever reads half of it; False if that fails."""
     part = path.with_name(f"{path.name}.{uuid.uuid4().hex}")
     try:
         make_folder(path.parent)
@@ -189,21 +190,21 @@ def _write(path: Path, content: bytes) -> bool:
 
 
 def _put(path: Path, content: bytes) -> None:
-    """A new file that only this user can write to, whatever the umask is."""
+    """Writes a new file that only this user can write to, whatever the umask is."""
     with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644), "wb") as file:
         file.write(content)
 
 
 def _prune(path: Path) -> None:
-    """Leaves the newest files of this kernel."""
-    with suppress(OSError):  # another process may do the same
+    """Removes all but the newest files of this kernel."""
+    with suppress(OSError):  # another process may remove them at the same time
         others = path.parent.glob(f"{path.name.rpartition('-')[0]}-*{SUFFIX}")
         for old in sorted(others, key=lambda each: each.stat().st_mtime, reverse=True)[KEPT:]:
             old.unlink(missing_ok=True)
 
 
 def _tell(message: str) -> None:
-    """Once for each process: it is a matter of seconds, not of results."""
+    """Logs the first message of this process only: it is about seconds, not about results."""
     if not _told:
         logging.getLogger("robust_ik").warning(message)
     _told.append(message)

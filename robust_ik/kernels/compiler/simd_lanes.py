@@ -1,7 +1,7 @@
-"""Eight numbers that go through the same arithmetic at once: a type for kernels that do eight matrices side by side.
+"""SIMD lanes: a type of eight numbers that go through the same arithmetic at once, for eight matrices side by side.
 
-Kernels are written once, for numbers; given lanes, they do the same for eight of them, and each lane gets the bits that
-it would get alone. Where a number would branch, `where` chooses.
+Kernels are written once, for numbers. Given lanes, they do the same for eight numbers, and each lane gets the bits that
+it would get alone. Instead of a branch, kernels use `where`.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from numba.core.typing.templates import AbstractTemplate, infer_global, signatur
 from numba.extending import intrinsic, lower_builtin, models, register_model, type_callable
 
 COUNT = 8
-"""Doubles side by side: what a register of AVX-512 holds (64 bytes), and two of AVX2."""
+"""Doubles side by side: as many as a register of AVX-512 holds (64 bytes), or two of AVX2."""
 DOUBLES = ir.VectorType(ir.DoubleType(), COUNT)
 BITS = ir.VectorType(ir.IntType(1), COUNT)
 
 Number = Any
-"""A float, or eight of them."""
+"""A float, or eight of them side by side."""
 
 
 class LanesType(types.Type):
@@ -40,7 +40,7 @@ class MaskType(types.Type):
 
 
 LANES, FOUR, MASK = LanesType(COUNT), LanesType(4), MaskType()
-"""`FOUR` is for what goes through the same arithmetic within one number's work, such as the rows of a matrix."""
+"""`FOUR` is for equal arithmetic within one configuration, such as on the components of a vector."""
 
 
 @register_model(LanesType)
@@ -56,7 +56,7 @@ class _MaskModel(models.PrimitiveModel):
 
 
 def _splat(builder: Any, kind: Any, value: Any, vector: Any = DOUBLES) -> Any:
-    """A number in every lane; lanes as they are."""
+    """A vector with the number in every lane; lanes are returned unchanged."""
     if isinstance(kind, LanesType):
         return value
     alone = builder.insert_element(ir.Constant(vector, ir.Undefined), value, ir.Constant(ir.IntType(32), 0))
@@ -69,12 +69,12 @@ def _is_number(kind: Any) -> bool:
 
 
 def _offer(function: Any, result: Any, made: Any) -> None:
-    """Lets an operator work on lanes, or on lanes and a number.
+    """Defines an operator for lanes, and for lanes and a number.
 
     Args:
-        function: Of the module operator.
-        result: The type of what it returns; None for that of the lanes.
-        made: From a builder and two vectors to its instruction.
+        function: A function of the module operator.
+        result: The type of its result; None for the type of the lanes.
+        made: Makes the instruction from a builder and two vectors.
     """
 
     class Template(AbstractTemplate):
@@ -116,7 +116,7 @@ def _and(context: Any, builder: Any, given: Any, values: Any) -> Any:
 
 
 def _llvm(name: str) -> Any:
-    """How a function of one number is an instruction of LLVM, for numbers and for lanes."""
+    """The code generator of a function of one number as an instruction of LLVM, for numbers and for lanes."""
 
     def lowered(context: Any, builder: Any, given: Any, values: Any) -> Any:
         kind = context.get_data_type(given.return_type)
@@ -144,7 +144,7 @@ for _function, _name in ((root, "sqrt"), (size, "fabs")):
 
 
 def where(condition: Any, x: Number, y: Number) -> Number:
-    """X where the condition holds, else y; both are computed."""
+    """Selects x where the condition holds, else y; both are computed."""
     raise NotImplementedError
 
 
@@ -184,7 +184,7 @@ def _somewhere_lanes(context: Any, builder: Any, given: Any, values: Any) -> Any
 
 @intrinsic
 def spread(typing_context: Any, value: Any) -> Any:
-    """A number in all lanes."""
+    """Eight lanes of the same number."""
     return LANES(value), lambda context, builder, signature, values: _splat(builder, signature.args[0], values[0])
 
 

@@ -1,6 +1,6 @@
 """Arrays on the stack: their sizes are known when the code is compiled, so they cost nothing to make.
 
-A size is given as a tuple of that length, since its length is part of its type.
+A size n is given as a tuple of length n, since the length of a tuple is part of its type.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ Sizes = tuple[int, ...]
 Pointer = Any
 
 ALIGNMENT = 64
-"""Bytes of eight doubles: LLVM takes vectors of them to lie at multiples of their size."""
+"""Bytes of eight doubles: LLVM assumes that vectors of them lie at multiples of their size."""
 
 
 def sizes(count: int) -> Sizes:
-    """A size, for `stack`."""
+    """A tuple that stands for the size `count` in `stack`."""
     return (0,) * count
 
 
@@ -31,7 +31,7 @@ NONE, ONE, W8, W16 = sizes(0), sizes(1), sizes(8), sizes(16)
 
 @intrinsic
 def stack(typing_context: Any, like: Number, rows: Any, width: Any) -> Any:
-    """A pointer to rows · width numbers of the kind of `like`, with any content."""
+    """A pointer to rows · width numbers of the type of `like`, with arbitrary content."""
 
     def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         count = ir.Constant(ir.IntType(32), rows.count * width.count)
@@ -44,7 +44,7 @@ def stack(typing_context: Any, like: Number, rows: Any, width: Any) -> Any:
 
 @intrinsic
 def pointer(typing_context: Any, array: Any) -> Any:
-    """To the first number of a contiguous array: entries by it have no checks."""
+    """A pointer to the first number of a contiguous array; access through it is not checked."""
 
     def codegen(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         return context.make_array(signature.args[0])(context, builder, values[0]).data
@@ -54,7 +54,7 @@ def pointer(typing_context: Any, array: Any) -> Any:
 
 @intrinsic
 def at_address(typing_context: Any, address: Any) -> Any:
-    """The pointer to doubles at an address that something else keeps alive."""
+    """The pointer to the doubles at an address; the caller keeps their memory alive."""
 
     def codegen(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         return builder.inttoptr(values[0], ir.DoubleType().as_pointer())
@@ -64,7 +64,7 @@ def at_address(typing_context: Any, address: Any) -> Any:
 
 @intrinsic
 def further(typing_context: Any, given: Any, index: Any) -> Any:
-    """The pointer to an entry further on."""
+    """The pointer moved on by `index` entries."""
 
     def codegen(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         return builder.gep(values[0], [values[1]])
@@ -74,7 +74,7 @@ def further(typing_context: Any, given: Any, index: Any) -> Any:
 
 @intrinsic
 def each_lane(typing_context: Any, pointer: Any) -> Any:
-    """The numbers behind a pointer, lane by lane: entry x of lane l is at x · lanes + l."""
+    """The same memory as single doubles: entry x of lane l is at x · lanes + l."""
 
     def codegen(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         return builder.bitcast(values[0], ir.DoubleType().as_pointer())
@@ -84,7 +84,7 @@ def each_lane(typing_context: Any, pointer: Any) -> Any:
 
 @intrinsic
 def by_eights(typing_context: Any, pointer: Any) -> Any:
-    """The numbers behind a pointer, eight at a time."""
+    """The same memory as vectors of eight doubles."""
 
     def codegen(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         return builder.bitcast(values[0], DOUBLES.as_pointer())
@@ -94,14 +94,14 @@ def by_eights(typing_context: Any, pointer: Any) -> Any:
 
 @intrinsic
 def lanes_of(typing_context: Any, like: Any) -> Any:
-    """How many numbers one of this kind holds."""
+    """How many doubles a Number of this type holds: 1 or 8."""
     count = 8 if like == LANES else 1
     return types.int64(like), lambda context, builder, signature, values: ir.Constant(ir.IntType(64), count)
 
 
 @intrinsic
 def call_gain(typing_context: Any, address: Any, arguments: Any) -> Any:
-    """Calls a compiled φ by its address: five doubles and a pointer to its parameters."""
+    """Calls a compiled gain formula φ by its address: five doubles and a pointer to its parameters."""
 
     def codegen(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         double = ir.DoubleType()

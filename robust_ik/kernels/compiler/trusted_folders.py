@@ -1,7 +1,7 @@
-"""Which folders and files nobody but this user and the administrator can have written to, as ssh asks of its keys.
+"""Checks that only this user and the administrator can have written a folder or a file, as ssh checks its keys.
 
-A kernel is machine code: who can put a file where one is read runs what he likes as whoever reads it. Windows keeps
-such rights elsewhere; there everything is trusted.
+A kernel is machine code: anyone who can place a file where kernels are read can run code as the user who reads it.
+Windows keeps such rights elsewhere; there everything is trusted.
 """
 
 from __future__ import annotations
@@ -11,12 +11,12 @@ import stat
 from pathlib import Path
 
 SOURCES = Path(__file__).parent
-"""Whoever owns these could run anything already."""
+"""The owner of these sources is trusted: he could run any code already."""
 OTHERS, GROUP = stat.S_IWOTH, stat.S_IWGRP
 
 
 def open_to_others(path: Path) -> tuple[int, int] | None:
-    """The write permission of its group and of others, and the group; None if it is not there."""
+    """The write permissions of group and others, and the group; None if the path does not exist."""
     try:
         status = path.stat()
     except OSError:
@@ -25,11 +25,11 @@ def open_to_others(path: Path) -> tuple[int, int] | None:
 
 
 def why_not_folder(folder: Path, like: tuple[int, int] | None = None) -> str | None:
-    """Why what lies in a folder may be another user's; None if it is not.
+    """The reason why another user may have written to a folder; None if nobody can have.
 
     Args:
-        folder: It need not be there; then the folders above it are asked.
-        like: What `open_to_others` says of a folder that may be as open, whose own place is not asked about.
+        folder: It need not exist; then the folders above it are checked.
+        like: `open_to_others` of a folder that may be just as open; the folders above are then not checked.
     """
     if not hasattr(os, "getuid"):
         return None
@@ -39,7 +39,7 @@ def why_not_folder(folder: Path, like: tuple[int, int] | None = None) -> str | N
             return _why_not(real.stat(), str(real), like) if real.exists() else None
         for each in (real, *real.parents):
             if each.exists():
-                # In a sticky folder, as /tmp is, nobody can move or remove what is another's.
+                # In a sticky folder such as /tmp nobody can move or remove another user's files.
                 status, sticky = each.stat(), each != real
                 if sticky and status.st_mode & stat.S_ISVTX and status.st_uid in _trusted():
                     continue
@@ -51,7 +51,7 @@ def why_not_folder(folder: Path, like: tuple[int, int] | None = None) -> str | N
 
 
 def why_not_file(descriptor: int, path: Path) -> str | None:
-    """Why an open file may be another user's; None if it is not. It may be as open as the folder that it lies in."""
+    """The reason why another user may have written a file; None if nobody can have. It may be as open as its folder."""
     if not hasattr(os, "getuid"):
         return None
     return _why_not(os.fstat(descriptor), "it", open_to_others(path.parent))
@@ -86,8 +86,8 @@ def _why_not(status: os.stat_result, name: str, like: tuple[int, int] | None) ->
 
 
 def _private(group: int) -> bool:
-    """Whether a group is the user's own and has nobody else in it, as many systems give to each user."""
-    import grp  # not on Windows
+    """Whether a group contains this user alone, as the group that many systems make for each user."""
+    import grp  # does not exist on Windows
     import pwd
 
     try:

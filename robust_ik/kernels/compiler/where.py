@@ -1,4 +1,4 @@
-"""A choice that arrays and compiled numbers can make alike: no Numba here."""
+"""The function `where` for gain formulas, on arrays and in compiled code alike; it needs no Numba."""
 
 from __future__ import annotations
 
@@ -8,5 +8,5 @@ import numpy as np
 
 
 def where(condition: Any, x: Any, y: Any) -> Any:
-    """X where the condition holds, else y, entry by entry; `formulas` says what it is for a number in compiled code."""
+    """The entries of x where the condition holds, else those of y; `gain_callbacks` defines it for compiled code."""
     return np.where(condition, x, y)

@@ -1,8 +1,8 @@
-"""Rows made orthogonal by plane rotations, one-sided Jacobi: what every decomposition here is made of.
+"""One-sided Jacobi: rotates the rows of a matrix until they are orthogonal. Every decomposition here uses it.
 
-Rotations of the rows of J until they are orthogonal leave σᵢ as their lengths and vᵢ as their directions; what is
-rotated along (an identity, a task velocity) ends as Uᵀ of it. Pairs go round robin, so that m/2 rotations in a row do
-not wait for each other.
+When the rows of J are orthogonal, their lengths are σᵢ and their directions vᵢ. A second matrix (an identity, a task
+velocity) that is rotated with them becomes Uᵀ times itself. Pairs of rows are taken in round-robin order, so that m/2
+rotations in a row do not wait for each other.
 
 Source: Hestenes 1958; Demmel and Veselić 1992 for the accuracy: each σ has a relative error of a few ε κ, κ being the
 condition of J with rows of unit length, however different these lengths are.
@@ -20,21 +20,24 @@ from robust_ik.kernels.compiler.simd_lanes import LANES, Number, folded, root, s
 from robust_ik.kernels.compiler.stack_memory import Pointer, Sizes, by_eights
 
 MOST_ROWS = 16
-"""Rows that a matrix may have. Chosen: more than arms have joints; kernels for more would take longer to compile."""
+"""Most rows of a matrix. Chosen: more than arms have joints; kernels for more would take longer to compile."""
 SWEEPS = 40
-"""The end where rounding keeps rows turning. Chosen: random matrices take up to 12; LAPACK's dgesvj allows 30."""
+"""Most sweeps, in case rounding keeps rows turning.
+
+Chosen: random matrices take up to 12; LAPACK's dgesvj allows 30.
+"""
 ORTHOGONAL = (3e-16) ** 2
-"""cos² of two rows that need no rotation. Chosen: just above ε = 2.2e-16, which rounding leaves."""
+"""cos² of the angle between two rows up to which they are not rotated. Chosen: just above ε = 2.2e-16 of rounding."""
 LAST = 1e-17
-"""The squares of the largest cosine and tangent in a sweep after which no other is needed: convergence is quadratic."""
+"""Largest squared cosine and tangent in a sweep after which no further sweep is needed: convergence is quadratic."""
 ALL = -1.0
-"""A floor that no row lies below, though rounding may make a squared length negative."""
+"""A floor below every row, even where rounding makes a squared length negative."""
 SMALL, TINY = 1e-120, 1e-220
-"""Squared lengths below which a product of two may underflow, or their squares."""
+"""Squared lengths below which their product, or the square of one, may underflow."""
 
 
 def _tournament(count: int) -> list[list[tuple[int, int]]]:
-    """Rounds of disjoint pairs in which everybody meets everybody once, in order."""
+    """Round-robin order: rounds of disjoint pairs in which each row meets each other row once."""
     seats = list(range(count + count % 2))
     rounds = []
     for _ in range(len(seats) - 1):
@@ -45,7 +48,7 @@ def _tournament(count: int) -> list[list[tuple[int, int]]]:
 
 
 PAIRS = MOST_ROWS * (MOST_ROWS - 1) // 2
-"""Pairs of MOST_ROWS rows: the room in the schedule for each number of rows."""
+"""Pairs of MOST_ROWS rows: the size of the schedule for each number of rows."""
 
 
 def _schedule() -> tuple[np.ndarray, np.ndarray]:
@@ -62,7 +65,7 @@ FIRST, SECOND = _schedule()
 
 
 def dot(A: Pointer, i: int, j: int, width: Sizes) -> Number:
-    """The product of rows i and j of a width that is a multiple of 8, in a fixed order of sums."""
+    """The dot product of rows i and j, summed in a fixed order; the width is a multiple of 8."""
     raise NotImplementedError
 
 
@@ -91,7 +94,7 @@ def _dot(A: Any, i: Any, j: Any, width: Any) -> Any:
 
 
 def turn(A: Pointer, i: int, j: int, c: Number, s: Number, width: Sizes) -> None:
-    """Rotates rows i and j."""
+    """Rotates rows i and j by the angle of cosine c and sine s."""
     raise NotImplementedError
 
 
@@ -120,17 +123,17 @@ def orthogonalise(
 ) -> None:
     """Rotates the m rows of A until they are orthogonal, and those of C with them.
 
-    A lane that is done stays as it is, whatever the others need.
+    A lane that is done stays as it is while the others go on.
 
     Args:
         A: m rows, entries of about 1 at the most.
         C: m rows of `carried` entries.
         m: At most MOST_ROWS.
-        width: Of the rows of A: a multiple of 4.
-        carried: Of the rows of C.
-        norms: Room for m numbers; the squared lengths of the rows afterwards.
-        floor: Rows whose squared length is less than this part of the largest one's are rounding, and stay as they are;
-            ALL where none are.
+        width: Length of the rows of A: a multiple of 4.
+        carried: Length of the rows of C.
+        norms: Room for m numbers; filled with the squared lengths of the rows.
+        floor: Rows whose squared length is less than this part of the largest one's count as rounding errors and are
+            not rotated; ALL to rotate all rows.
         zero: 0 of the kind of number that A holds.
     """
     first = m * PAIRS
@@ -145,9 +148,9 @@ def orthogonalise(
         worst = zero
         for pair in range(first, first + pairs):
             i, j = FIRST[pair], SECOND[pair]
-            # Rounding may make what is left of a row negative.
+            # Rounding may make the rest of a row negative.
             g, a, b = dot(A, i, j, width), where(norms[i] > 0.0, norms[i], zero), where(norms[j] > 0.0, norms[j], zero)
-            # Where squares could underflow, all are taken larger: rotations depend on ratios only.
+            # Where squares could underflow, all are scaled up: rotations depend on ratios only.
             grown = where((a < SMALL) & (b < SMALL), zero + 1e150, zero + 1.0)
             grown = where((a < TINY) & (b < TINY), zero + 1e250, grown)
             x, d, both = g * grown, (b - a) * grown, (a * grown) * (b * grown)

@@ -1,4 +1,4 @@
-"""Steps of Levenberg and Marquardt's method for many small systems, one after another."""
+"""Levenberg-Marquardt steps of many small systems, one after another."""
 
 from __future__ import annotations
 
@@ -8,14 +8,17 @@ from robust_ik.checks import Array
 from robust_ik.kernels.compiler.compiling import FLOAT, filled, given, inlined, kernel
 
 ROUNDING = 1e-15
-"""Added to μ, of the trace: pivots are then no rounding errors."""
+"""Times the trace, added to μ: pivots are then more than rounding errors."""
 TINY = 1e-300
-"""Added to μ, too: pivots of a zero matrix are not zero then. Chosen: near the least normal double, 2e-308."""
+"""Added to μ, so that a zero matrix has no zero pivots. Chosen: near the least normal double, 2e-308."""
 
 
 @inlined
 def factor(gram: Array, size: int, mu: float) -> None:
-    """Gram + μI = L Lᵀ by Cholesky; L in place of the lower triangle. No pivot is less than μ but by rounding."""
+    """Factors gram + μI = L Lᵀ by Cholesky; L replaces the lower triangle.
+
+    No pivot is less than μ except by rounding.
+    """
     for i in range(size):
         for j in range(i + 1):
             total = gram[i, j]
@@ -26,7 +29,7 @@ def factor(gram: Array, size: int, mu: float) -> None:
 
 @inlined
 def solve(gram: Array, size: int, x: Array) -> None:
-    """X ← (L Lᵀ)⁻¹ x."""
+    """Solves L Lᵀ y = x; y replaces x."""
     for i in range(size):
         for t in range(i):
             x[i] -= gram[i, t] * x[t]
@@ -39,11 +42,11 @@ def solve(gram: Array, size: int, x: Array) -> None:
 
 @kernel(given(3), given(2), given(1), FLOAT, filled(2), filled(2), filled(2))
 def steps(A: Array, weakest: Array, mu: Array, longest: float, gram: Array, room: Array, result: Array) -> None:
-    """−(AᵀA + μI)⁻¹ Aᵀr of every system, cut so that no entry is more than `longest`.
+    """−(AᵀA + μI)⁻¹ Aᵀr of every system, scaled down so that no entry is more than `longest`.
 
     Args:
         A: (N, p, n), p = a b.
-        weakest: R is this, (N, a), on the diagonal of an (a, b) matrix, row by row, and else zero.
+        weakest: (N, a): the residual r is an (a, b) matrix, row by row, with this diagonal and zeros elsewhere.
         mu: (N,).
         longest: More than 0.
         gram: Room, (k, k) for k = min(p, n).

@@ -1,6 +1,6 @@
-"""Reflections that make the rows of a matrix fall in size: what its columns differ by is then in the rows.
+"""Householder reflections that move differences in scale from the columns of a matrix to its rows.
 
-One-sided Jacobi on rows finds every σ to its last bits where only the rows are scaled. Where the columns are, the
+One-sided Jacobi on rows finds every σ to its last bits if only the rows are scaled. If the columns are scaled, the
 matrix is made triangular first: the rows of R in J = Q R then have the scales that the columns had.
 
 Source: Drmač and Veselić 2008, with rows and columns pivoted as in Cox and Higham 1998.
@@ -15,15 +15,15 @@ from robust_ik.kernels.compiler.compiling import called, inlined
 from robust_ik.kernels.compiler.stack_memory import ONE, Pointer, Sizes, by_eights, stack
 
 UNEVEN = 30.0
-"""Ratio of the largest entries of two columns from which on they count as scaled."""
+"""Ratio of the largest entries of two columns above which the columns count as scaled."""
 
 SMALL = 1e-200
-"""Squared length below which what is left of a matrix is enlarged, since products of its entries may underflow."""
+"""Squared length below which the rest of a matrix is scaled up, since products of its entries may underflow."""
 
 
 @called
 def uneven(J: Array, e: int, along_columns: bool) -> bool:
-    """Whether the columns of J[e], or else its rows, are of very different sizes; what is zero does not count."""
+    """Whether the columns of J[e] (else its rows) are of very different sizes; zero ones do not count."""
     outer, inner = (J.shape[2], J.shape[1]) if along_columns else (J.shape[1], J.shape[2])
     least, most = math.inf, 0.0
     for c in range(outer):
@@ -37,7 +37,7 @@ def uneven(J: Array, e: int, along_columns: bool) -> bool:
 
 @called
 def triangulate(A: Pointer, C: Pointer, k: int, n: int, width: Sizes, carried: Sizes) -> None:
-    """Reflects the k rows of A, n entries long, and of C, until A is triangular up to the order of its columns."""
+    """Reflects the k rows of A, n entries long, and of C, until A is triangular up to a permutation of its columns."""
     P, v, free = len(width), stack(0.0, ONE, width), stack(0.0, ONE, width)
     for c in range(n):
         free[c] = 1.0
@@ -70,7 +70,7 @@ def triangulate(A: Pointer, C: Pointer, k: int, n: int, width: Sizes, carried: S
 
 @inlined
 def longest(A: Pointer, free: Pointer, grown: float, i: int, k: int, n: int, width: Sizes) -> tuple[int, float]:
-    """The free column with the longest rest from row i on, −1 if all are zero; its squared length times `grown`²."""
+    """The free column that is longest from row i on, or −1 if all are zero; its squared length times `grown`²."""
     P, best, most = len(width), -1, 0.0
     for c in range(n):
         total = 0.0
@@ -84,7 +84,7 @@ def longest(A: Pointer, free: Pointer, grown: float, i: int, k: int, n: int, wid
 
 @called
 def enlargement(A: Pointer, free: Pointer, i: int, k: int, n: int, width: Sizes) -> float:
-    """The power of two by which the free columns' largest entry from row i on is about 1: squares would underflow."""
+    """The power of two that scales the free columns' largest entry from row i on to about 1, against underflow."""
     P, largest = len(width), 0.0
     for c in range(n):
         for r in range(i, k):
@@ -94,7 +94,7 @@ def enlargement(A: Pointer, free: Pointer, i: int, k: int, n: int, width: Sizes)
 
 @inlined
 def swap(A: Pointer, i: int, j: int, width: Sizes) -> None:
-    """Rows i and j change places."""
+    """Exchanges rows i and j."""
     rows, P = by_eights(A), len(width) // 8
     for x in range(P):
         one, other = rows[i * P + x], rows[j * P + x]
@@ -103,7 +103,7 @@ def swap(A: Pointer, i: int, j: int, width: Sizes) -> None:
 
 @inlined
 def reflect(A: Pointer, v: Pointer, factor: float, begin: int, end: int, width: Sizes) -> None:
-    """Rows r −= factor vᵣ Σ vᵣ row r, from `begin` to before `end`."""
+    """Subtracts factor vᵣ Σ vₛ row s from each row r; r and s run from `begin` to before `end`."""
     rows, P = by_eights(A), len(width) // 8
     for x in range(P):
         total = v[begin] * rows[begin * P + x]

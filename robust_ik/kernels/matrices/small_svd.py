@@ -1,4 +1,4 @@
-"""The singular value decomposition of small matrices, one or many."""
+"""Singular value decomposition of small matrices, one or many."""
 
 from __future__ import annotations
 
@@ -23,21 +23,22 @@ from robust_ik.kernels.matrices.jacobi_rotations import ALL, MOST_ROWS, dot, ort
 from robust_ik.kernels.matrices.row_reflections import triangulate, uneven
 
 MOST = MOST_ROWS
-"""Rows and columns that a matrix may have."""
+"""Most rows and columns of a matrix."""
 TINY = 1e-280
-"""Squared length of a row that is computed anew from a row of length about 1: its squares may have underflowed."""
+"""Squared length below which the length of a row is computed anew, since its squares may have underflowed."""
 SKEW = 1e-12
-"""Cosine from which on two unit rows are not orthogonal."""
+"""Cosine above which two unit rows are not orthogonal."""
 SMALLEST = 1e-290
-"""Singular values below this, or below this fraction of about σ₁, are zero: 1/σ cannot overflow, no vector is of digits
-that denormal numbers have lost."""
+"""Singular values below this, absolutely or as a fraction of about σ₁, are zero: 1/σ cannot overflow, and no vector
+comes from denormal numbers, which have lost digits.
+"""
 TOGETHER = 3
-"""From so many matrices on they are decomposed side by side."""
+"""Least number of matrices that are decomposed side by side."""
 
 
 @inlined
 def length(A: Pointer, i: int, lane: int, squared: float, width: Sizes, lanes: int) -> float:
-    """The length of row i, whose square is about `squared`, also where squares underflow."""
+    """The length of row i, whose square is about `squared`; exact also where squares underflow."""
     if squared >= TINY:
         return math.sqrt(squared)
     P = len(width)
@@ -54,7 +55,10 @@ def length(A: Pointer, i: int, lane: int, squared: float, width: Sizes, lanes: i
 
 @inlined
 def orthonormal(rows: Pointer, count: int, width: Sizes) -> int:
-    """How many unit rows, from the first one on, are orthogonal: rows that are left of rounding alone may not be."""
+    """How many unit rows, from the first one on, are orthogonal to each other.
+
+    Rows that consist of rounding errors may not be orthogonal.
+    """
     good = count
     for r in range(1, count):
         for i in range(r):
@@ -65,7 +69,7 @@ def orthonormal(rows: Pointer, count: int, width: Sizes) -> int:
 
 @called
 def complete(rows: Pointer, known: int, count: int, n: int, width: Sizes) -> None:
-    """Fills orthonormal rows of length n up: each new one is what a unit vector has that those before have not."""
+    """Appends orthonormal rows of length n: each is the part of a unit vector that is orthogonal to the rows before."""
     P = len(width)
     for r in range(known, count):
         best, most = 0, -1.0
@@ -94,7 +98,7 @@ def add_row(rows: Pointer, r: int, factor: float, i: int, width: Sizes) -> None:
 
 @inlined
 def write(target: Array, rows: Pointer, transposed: bool, width: Sizes) -> None:
-    """Copies rows into an array, or the columns that they are."""
+    """Copies rows into an array, or into its columns if `transposed`."""
     P = len(width)
     for r in range(target.shape[0]):
         for c in range(target.shape[1]):
@@ -115,7 +119,7 @@ def scale(J: Array, e: int) -> float:
 def decompose_some(
     J: Array, U: Array, s: Array, Vt: Array, begin: int, count: int, width: Sizes, carried: Sizes, zero: Number
 ) -> bool:
-    """Decomposes J[begin : begin + count], as many as a number has lanes at the most; whether all is finite."""
+    """Decomposes J[begin : begin + count], at most as many as a Number has lanes; False if not all is finite."""
     L, P, Q = lanes_of(zero), len(width), len(carried)
     m, n = J.shape[1], J.shape[2]
     wide = m <= n
@@ -168,7 +172,7 @@ def decompose_some(
 
 @inlined
 def sort(sigma: Pointer, order: Pointer, k: int) -> int:
-    """The order of k numbers, falling, and how many are not zero."""
+    """Sorts k numbers into descending order, as indices; returns how many are not zero."""
     known = 0
     for i in range(k):
         known += sigma[i] > 0.0
@@ -182,7 +186,7 @@ def sort(sigma: Pointer, order: Pointer, k: int) -> int:
 
 @inlined
 def decompose(J: Array, U: Array, s: Array, Vt: Array, width: Sizes, carried: Sizes) -> bool:
-    """Decomposes every J: side by side where there are several; whether all is finite."""
+    """Decomposes every J, side by side if there are several; False if not all is finite."""
     begin, count, good = 0, len(J), True
     while count - begin >= TOGETHER:
         some = min(COUNT, count - begin)
@@ -202,23 +206,23 @@ VALUES = given(3), filled(2)
 
 @kernel(*VECTORS)
 def vectors_8(J: Array, U: Array, s: Array, Vt: Array) -> bool:
-    """Singular values and vectors of matrices with at most 8 rows and columns; whether all is finite."""
+    """Singular values and vectors of matrices with at most 8 rows and columns; False if not all is finite."""
     return decompose(J, U, s, Vt, W8, W8)
 
 
 @kernel(*VECTORS)
 def vectors_16(J: Array, U: Array, s: Array, Vt: Array) -> bool:
-    """Of at most 16 rows and columns."""
+    """Singular values and vectors of matrices with at most 16 rows and columns; False if not all is finite."""
     return decompose(J, U, s, Vt, W16, W16)
 
 
 @kernel(*VALUES)
 def values_8(J: Array, s: Array) -> bool:
-    """Singular values alone, of at most 8 rows and columns; whether all is finite."""
+    """Singular values of matrices with at most 8 rows and columns; False if not all is finite."""
     return decompose(J, J, s, J, W8, NONE)
 
 
 @kernel(*VALUES)
 def values_16(J: Array, s: Array) -> bool:
-    """Of at most 16 rows and columns."""
+    """Singular values of matrices with at most 16 rows and columns; False if not all is finite."""
     return decompose(J, J, s, J, W16, NONE)

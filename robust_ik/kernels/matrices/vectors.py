@@ -1,7 +1,7 @@
-"""Vectors of the world in kernels: of one configuration, x, y and z side by side; of eight, three times eight lanes.
+"""Vectors in world axes: for one configuration, x, y and z side by side; for eight, three times eight lanes.
 
-What is done to the components of a vector is the same for each, so that one configuration has something to do side by
-side as well. Each number gets the bits that it would get alone.
+The same arithmetic applies to each component, so that SIMD speeds up one configuration as well. Each number gets the
+bits that it would get alone.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from robust_ik.kernels.compiler.compiling import inlined
 from robust_ik.kernels.compiler.simd_lanes import FOUR, LANES, Number
 
 Vector = Any
-"""`FOUR` of one configuration, three times `LANES` of eight."""
+"""`FOUR` for one configuration, three times `LANES` for eight."""
 
 
 @intrinsic
 def _four(typing_context: Any, a: Any, b: Any, c: Any) -> Any:
-    """Three numbers and a zero side by side."""
+    """A vector of three numbers and a zero."""
 
     def codegen(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         made = ir.Constant(FOUR.vector, [0.0] * 4)
@@ -34,7 +34,7 @@ def _four(typing_context: Any, a: Any, b: Any, c: Any) -> Any:
 
 @intrinsic
 def _first_three(typing_context: Any, lanes: Any) -> Any:
-    """The first three numbers."""
+    """The first three numbers of a vector."""
 
     def codegen(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         entries = [builder.extract_element(values[0], ir.Constant(ir.IntType(32), lane)) for lane in range(3)]
@@ -64,7 +64,7 @@ def _three_of(a: Any) -> Any:
 
 
 def plus(a: Vector, b: Vector, s: Number) -> Vector:
-    """A + s b."""
+    """The vector a + s b."""
     raise NotImplementedError
 
 
@@ -81,7 +81,7 @@ def _plus(a: Any, b: Any, s: Any) -> Any:
 
 
 def mixed(a: Vector, r: float, b: Vector, s: float, c: Vector, t: float) -> Vector:
-    """R a + s b + t c."""
+    """The vector r a + s b + t c."""
     raise NotImplementedError
 
 
@@ -102,7 +102,7 @@ def _mixed(a: Any, r: Any, b: Any, s: Any, c: Any, t: Any) -> Any:
 
 
 def turned(a: Vector, b: Vector, c: Number, s: Number) -> tuple[Vector, Vector]:
-    """Two perpendicular unit vectors turned about a × b by an angle of this cosine and sine."""
+    """Two perpendicular unit vectors a and b, turned about a × b by the angle of cosine c and sine s."""
     raise NotImplementedError
 
 

@@ -1,1 +1,1 @@
-"""The search for joint values of a pose in compiled code."""
+"""The search for the joint values of a pose, in compiled code."""

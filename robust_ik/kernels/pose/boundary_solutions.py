@@ -1,7 +1,8 @@
-"""Solutions on the boundary of what is reachable: J is singular there, and steps by J alone zigzag or creep.
+"""Solutions on the boundary of the reachable poses: J is singular there, and steps by J alone zigzag or creep.
 
-With u the direction in which joints can hardly move the pose, u · pose has an extremum at such a solution among the
-configurations that are right in all else. Newton's method for that is regular and takes four or five steps.
+Let u be the direction in which joints can hardly move the pose. At such a solution u · pose has an extremum among the
+configurations that are right in all other directions. Newton's method for this extremum is regular and takes four or
+five steps.
 """
 
 from __future__ import annotations
@@ -17,15 +18,21 @@ from robust_ik.kernels.pose.error_hessian import curvature
 from robust_ik.kernels.pose.newton_polish import ROOM, SIX, TWELVE, look, newton_step, reached
 
 ROUNDS, SETTLED = 8, 2
-"""Steps at the most, and those after which each leaves at most FALL of E. Where it converges it takes four or five."""
+"""Most steps, and the number of steps after which each must bring E below FALL times the last one.
+
+Where it converges it takes four or five.
+"""
 FALL = 0.5
-"""What a step may leave of E. Chosen: Newton's method leaves far less near a solution; more only wastes steps."""
+"""Largest fraction of E that a step may leave.
+
+Chosen: Newton's method leaves far less near a solution; more wastes steps.
+"""
 LONGEST = 0.5
-"""Of the entries of a step, rad or m. Chosen: longer steps leave where the second derivatives hold."""
+"""Largest entry of a step, rad or m. Chosen: beyond it the second derivatives no longer hold."""
 PART = 1e-4
-"""Weight of the extremum against the rest; what it moves the rest is of the order of its square."""
+"""Weight of the extremum against the other directions, which it disturbs by about its square."""
 FLAT = 0.05
-"""Least singular value, m per rad, from which on no extremum is looked for. Chosen: above, steps by J alone do."""
+"""Least singular value, m per rad, above which no extremum is looked for. Chosen: above it steps by J alone suffice."""
 LEAST = 1e-14
 """Damping, m² per rad²: keeps pivots from zero. Chosen: the square of 1e-7, far below any σ that moves the pose."""
 BLOCK = sizes(6)
@@ -33,23 +40,23 @@ BLOCK = sizes(6)
 
 @inlined
 def pressable(problem: Pointer) -> bool:
-    """Whether solutions on the boundary are looked for."""
+    """Whether solutions on the boundary are looked for: not if some rotations are wanted and others free."""
     kind = int(problem[lay.TURN])
     return bool(kind == lay.NONE or kind == lay.FULL)
 
 
 @called
 def press(problem: Pointer, options: Pointer, values: Pointer, target: Pointer, edge: bool, error: Pointer) -> int:
-    """Moves values to a solution on the boundary, and measures the error there; how many steps it took.
+    """Moves values to a solution on the boundary and measures the error there; returns the number of steps.
 
-    Values stay where that fails, and the error is then not within tolerances.
+    If that fails, values stay as they were and the error is not within tolerances.
 
     Args:
         problem: See `pose_layout`; of the rotations, none or all must be wanted.
         options: The same.
-        values: Of the joints.
+        values: Joint values.
         target: Rotation, row by row, and position.
-        edge: Whether values are on the boundary themselves, beyond what is reachable as seen from the target.
+        edge: Whether the values are on the boundary themselves, so that the target lies inwards of them.
         error: Filled, see `measure`.
     """
     k, scale = int(problem[lay.COUNT]), options[lay.SCALE]
@@ -107,14 +114,14 @@ def press(problem: Pointer, options: Pointer, values: Pointer, target: Pointer, 
 
 @inlined
 def again(problem: Pointer, axes: Pointer, twists: Pointer) -> None:
-    """Copies axes, since what makes twists of them overwrites them."""
+    """Copies axes, since `joint_twists` overwrites them."""
     for x in range(6 * int(problem[int(problem[lay.CHAIN]) + links.JOINTS])):
         twists[x] = axes[x]
 
 
 @called
 def hold(problem: Pointer, values: Pointer, e: Pointer, J: Pointer, right: Pointer, free: Pointer) -> None:
-    """Fills Jᵀe and which joints are free; those that it pushes against their limits are not, and leave J."""
+    """Fills Jᵀe, marks joints that e pushes against their limits as not free, and sets their columns of J to zero."""
     for j in range(int(problem[lay.COUNT])):
         at, right[j] = lay.HEAD + j * lay.STRIDE, along(J, j, e)
         out = (values[j] <= problem[at + lay.LOWER] and right[j] < 0.0) or (
@@ -139,7 +146,7 @@ def climb(
     free: Pointer,
     d: Pointer,
 ) -> bool:
-    """Fills d with a step towards the most of part · u · pose, all else being right; False if there is no such thing.
+    """Fills d with a step towards the extremum of part · u · pose with all else right; False if there is none.
 
     It solves (Jᵀ(1 − u uᵀ)J − part Σ u ∂²pose/∂q²) d = Jᵀ(1 − u uᵀ)e + part Jᵀu; s is Jᵀu, `right` Jᵀ(1 − u uᵀ)e.
     """
@@ -161,7 +168,7 @@ def climb(
 
 @called
 def across(J: Pointer, k: int, u: Pointer) -> None:
-    """Turns u towards the unit vector that Jᵀ shortens most: one step of inverse iteration."""
+    """Turns u towards the unit vector that Jᵀ shortens most, by one step of inverse iteration."""
     A, b, y = stack(0.0, BLOCK, W8), stack(0.0, ONE, W8), stack(0.0, ONE, W16)
     length = 0.0
     for r in range(6):

@@ -1,4 +1,4 @@
-"""Configurations on the boundary of what is reachable: the closest to random poses that are pushed out of reach."""
+"""Starts on the boundary of the reachable poses: the closest configurations to random poses that are out of reach."""
 
 from __future__ import annotations
 
@@ -14,36 +14,47 @@ from robust_ik.kernels.pose.random_values import random, random_values
 from robust_ik.kernels.pose.symmetric_pose import describe_normal
 
 SHORTEST, LONGEST = 0.05, 0.4
-"""How far a position is pushed, of what the links span. Chosen: farther leads to few places, less stays in reach."""
+"""Least and largest displacement of a position, as a fraction of the distance that the links span.
+
+Chosen: larger ones lead to few places, smaller ones stay in reach.
+"""
 TURNED = 0.5
-"""How far a rotation is at the most, rad."""
+"""Largest rotation of a pose, rad."""
 OUTSIDE = 1e-3
-"""The least distance of a pose out of reach, m and rad. Chosen: nearer ones are hardly told from reached ones."""
+"""Least distance of a pose to the closest one reached to count as out of reach, m and rad.
+
+Chosen: nearer ones can hardly be told from reached ones.
+"""
 STATIONARY = 1e-6
-"""Of the gradient at the closest pose, over its distance. Chosen: what was polished well is far below."""
+"""Largest gradient at the closest pose, over the distance. Chosen: well polished solutions are far below."""
 DEFINITE = 3e-4
-"""How fast the pose turns inwards at least, whichever joints move, m or rad per rad² or m²; less where it stays."""
+"""Least curvature of the pose inwards for every joint motion, m or rad per rad² or m²."""
 BEYOND = 0.02
-"""How far outwards a pose is taken, m and rad, that other configurations must not reach."""
+"""Displacement outwards of a pose, m and rad, that other configurations must not reach."""
 STARTS, STEPS = 6, 20
-"""Of the search for them, in damped steps. Chosen: more reject more that is no boundary, and take longer."""
+"""Starts and damped steps of the search for other configurations.
+
+Chosen: more reject more poses that are not on the boundary, but take longer.
+"""
 TOLERANCE = 1e-8
-"""m and rad to which closest poses are polished; and the E, so 1e-4 m and rad, at which BEYOND counts as reached."""
+"""Tolerance of closest poses, m and rad; also the E, so 1e-4 m and rad, below which BEYOND counts as reached."""
 OPTIONS = sizes(lay.OPTIONS)
 
 
 @called
 def onto_boundary(problem: Pointer, number: int, values: Pointer, normal: Pointer) -> bool:
-    """Finds a configuration on the boundary whose pose no near one has, with no joint at a limit.
+    """Finds a configuration on the boundary of the reachable poses, with no joint at a limit.
+
+    The pose a little outwards must not be reached by other configurations either.
 
     Args:
         problem: See `pose_layout`.
-        number: Of the try.
-        values: Filled with those of the joints.
+        number: Number of the try, for its random numbers.
+        values: Filled with the joint values.
         normal: Filled with the direction outwards, see `describe_normal`.
 
     Returns:
-        Whether the try leads to one.
+        Whether the try succeeded.
     """
     k, options, target = int(problem[lay.COUNT]), stack(0.0, ONE, OPTIONS), stack(0.0, ONE, TWELVE)
     options[lay.POSITION_TOLERANCE], options[lay.ROTATION_TOLERANCE], options[lay.SCALE] = TOLERANCE, TOLERANCE, 1.0
@@ -80,7 +91,10 @@ def onto_boundary(problem: Pointer, number: int, values: Pointer, normal: Pointe
 
 @called
 def push(problem: Pointer, number: int, pose: Pointer, target: Pointer) -> None:
-    """A pose farther out from where the links begin, every other time anywhere else, and turned a little."""
+    """Displaces a pose at random and turns it a little, to where it may be out of reach.
+
+    Even numbers move it away from the point where the links begin, odd ones in a random direction.
+    """
     motion, far, about = stack(0.0, ONE, W8), 0.0, 0.0
     for r in range(3):
         motion[r] = random(3, 16 * number + r) - 0.5
@@ -98,7 +112,7 @@ def push(problem: Pointer, number: int, pose: Pointer, target: Pointer) -> None:
 
 @called
 def displace(pose: Pointer, motion: Pointer, target: Pointer) -> None:
-    """A pose whose position and rotation vector, world axes, are changed by a motion."""
+    """Displaces a pose by a motion: a position and a rotation vector, world axes."""
     x, y, z = motion[3], motion[4], motion[5]
     square = x * x + y * y + z * z
     theta = math.sqrt(square)
@@ -117,7 +131,7 @@ def displace(pose: Pointer, motion: Pointer, target: Pointer) -> None:
 
 @called
 def reached_elsewhere(problem: Pointer, target: Pointer, number: int) -> bool:
-    """Whether damped steps from a few random configurations lead to a target."""
+    """Whether damped steps from a few random configurations reach a target."""
     values, moving, J = stack(0.0, ONE, W16), stack(0.0, ONE, ONE), stack(0.0, W16, W8)
     axes, end, error = stack(0.0, ROOM, SIX), stack(0.0, ONE, TWELVE), stack(0.0, ONE, TWELVE)
     moving[0] = 1.0

@@ -20,7 +20,10 @@ from robust_ik.kernels.compiler.stack_memory import ONE, W8, W16, Pointer, by_ei
 from robust_ik.kernels.pose import pose_layout as lay
 
 MU, FLOOR = 0.03, 1e-13
-"""Of λ² = μE + ε. Chosen: a larger μ creeps, a smaller one zigzags near singular poses; ε keeps pivots from zero."""
+"""μ and ε of λ² = μE + ε.
+
+Chosen: a larger μ creeps, a smaller one zigzags near singular poses; ε keeps pivots from zero.
+"""
 SIX = sizes(6)
 
 
@@ -28,7 +31,7 @@ SIX = sizes(6)
 def columns(
     problem: Pointer, axes: Pointer, end: Pointer, error: Pointer, scale: float, J: Pointer, zero: Number
 ) -> None:
-    """J of the wanted rows by columns of 8, rotations times `scale`; `axes` become the joints' twists."""
+    """Fills J in columns of 8, unwanted rows zero, rotations times `scale`; `axes` become the joints' twists."""
     pack = further(problem, int(problem[lay.CHAIN]))
     joint_twists(pack, axes, end, axes, LOCAL_WORLD_ALIGNED, zero)
     for x in range(8 * int(problem[lay.COUNT])):
@@ -49,7 +52,7 @@ def columns(
 
 @inlined
 def slope(error: Pointer, x: Number, y: Number, z: Number) -> tuple[Number, Number, Number]:
-    """How fast the rotation vector shrinks as the frame turns: w + ½ e × w + κ e × (e × w).
+    """The rate w + ½ e × w + κ e × (e × w) at which the rotation vector e shrinks as the frame turns with w = x, y, z.
 
     Source: Chirikjian 2011, eq. (10.86): the inverse right Jacobian of SO(3).
     """
@@ -66,7 +69,7 @@ def slope(error: Pointer, x: Number, y: Number, z: Number) -> tuple[Number, Numb
 
 
 def normal_matrix(J: Pointer, count: int, A: Pointer) -> None:
-    """A = J Jᵀ, lower triangle in 6 rows of 8, from columns of 8."""
+    """Fills the lower triangle of A = J Jᵀ, in 6 rows of 8, from the columns of J, of 8."""
     raise NotImplementedError
 
 
@@ -96,7 +99,7 @@ def _normal_matrix(J: Any, count: Any, A: Any) -> Any:
 
 @called
 def solve(A: Pointer, damping: Number, e: Pointer, y: Pointer, zero: Number) -> None:
-    """(A + damping) y = e by L D Lᵀ; A is overwritten."""
+    """Solves (A + damping) y = e by L D Lᵀ; A is overwritten."""
     inverse = stack(zero, ONE, W8)
     for j in range(6):
         d = A[9 * j] + damping
@@ -126,7 +129,7 @@ def solve(A: Pointer, damping: Number, e: Pointer, y: Pointer, zero: Number) -> 
 
 @inlined
 def along(J: Pointer, j: int, e: Pointer) -> Number:
-    """Column j of J times e."""
+    """Dot product of column j of J and e."""
     k = 8 * j
     return (J[k] * e[0] + J[k + 1] * e[1] + J[k + 2] * e[2]) + (J[k + 3] * e[3] + J[k + 4] * e[4] + J[k + 5] * e[5])
 
@@ -143,7 +146,10 @@ def step(
     moving: Pointer,
     zero: Number,
 ) -> None:
-    """Moves the values of lanes where moving > 0; what it is beyond 1 is added to the limits of periodic joints."""
+    """Makes one step in each lane where moving > 0.
+
+    The excess of `moving` over 1, rad, is added to the limits of periodic joints.
+    """
     count, loose = int(problem[lay.COUNT]), where(moving[0] > 1.0, moving[0] - 1.0, zero)
     columns(problem, axes, end, error, scale, J, zero)
     A, e, y = stack(zero, SIX, W8), stack(zero, ONE, W8), stack(zero, ONE, W16)

@@ -1,8 +1,8 @@
-"""Second derivatives of the squared error of a pose, exact.
+"""Exact second derivatives of the squared error E of a pose.
 
 For a twist (v, w) of each joint along the chain and the error (p, r), −∂E/∂q_j / 2 = v_j·p + w_j·r, and half the second
-derivative is v_j·v_k − (w_min × v_max)·p − ½ (w_min × w_max)·r + w_j·S w_k, S being the symmetric part of how r shrinks
-as the frame turns.
+derivative is v_j·v_k − (w_min × v_max)·p − ½ (w_min × w_max)·r + w_j·S w_k, where S is the symmetric part of the matrix
+that takes w to the rate at which r shrinks.
 
 Source: Murray, Li, Sastry 1994, section 3.4, for the derivatives of twists.
 """
@@ -23,7 +23,7 @@ THREE = sizes(3)
 
 @inlined
 def triple(a: Pointer, i: int, b: Pointer, j: int, c: Pointer, k: int) -> float:
-    """(a × b) · c of three vectors that begin at these places."""
+    """(a × b) · c of three vectors that begin at entries i, j and k."""
     return float(
         (a[i + 1] * b[j + 2] - a[i + 2] * b[j + 1]) * c[k]
         + (a[i + 2] * b[j] - a[i] * b[j + 2]) * c[k + 1]
@@ -33,7 +33,7 @@ def triple(a: Pointer, i: int, b: Pointer, j: int, c: Pointer, k: int) -> float:
 
 @inlined
 def dot(a: Pointer, i: int, b: Pointer, j: int) -> float:
-    """Of two vectors of three."""
+    """Dot product of two vectors of three that begin at entries i and j."""
     return float(a[i] * b[j] + a[i + 1] * b[j + 1] + a[i + 2] * b[j + 2])
 
 
@@ -48,7 +48,7 @@ def curvature(
     H: Pointer,
     g: Pointer,
 ) -> None:
-    """Half the second derivative of E, in rows of 16, and minus half its gradient."""
+    """Fills H with half the second derivative of E, in rows of 16, and g with minus half its gradient."""
     pack = further(problem, int(problem[lay.CHAIN]))
     k, kind, free = int(problem[lay.COUNT]), int(problem[lay.TURN]), int(problem[lay.FREE])
     joint_twists(pack, twists, end, twists, LOCAL_WORLD_ALIGNED, 0.0)

@@ -1,4 +1,4 @@
-"""The closest pose near a configuration: Newton's method on E inside limits.
+"""Finds the closest pose near a configuration: Newton's method on E within limits.
 
 Joints at a limit that are pushed outwards stay; a step that does not lower E is taken again with more damping.
 
@@ -15,23 +15,23 @@ from robust_ik.kernels.pose.error_hessian import curvature
 from robust_ik.kernels.pose.pose_error import measure
 
 ROUNDS = 40
-"""Steps at the most, those not taken among them. Chosen: near a minimum few are needed; others wait for the damping."""
+"""Most steps, rejected ones included. Chosen: near a minimum few are needed; others wait for the damping."""
 ENOUGH = 1e-10
-"""Relative fall of E that is worth no further step."""
+"""Relative decrease of E below which the iteration ends."""
 NEARLY, DESCENT = 1e-6, 200
-"""E below which damped least squares go on, and for how many steps: singular solutions take long (`descend`)."""
+"""E below which damped least squares continue, and most steps of it: singular solutions take many (`descend`)."""
 PATIENCE, ALMOST = 20, 1e-14
-"""Steps in which these must halve E while it is above ALMOST."""
+"""In this many of these steps E must fall to half, as long as it is above ALMOST."""
 LEAST, MOST = 1e-12, 1e8
-"""Of the damping. Chosen: the one hardly changes a step, the other leaves hardly any."""
+"""Least and largest damping. Chosen: the least hardly changes a step, the largest leaves hardly any."""
 SHIFT = 1e-2
-"""Times E: the least damping where the second derivative is not positive definite."""
+"""Times E: the least damping if the second derivative is not positive definite."""
 ROOM, SIX, TWELVE = sizes(lay.MOST_CHAIN), sizes(6), sizes(12)
 
 
 @called
 def newton_step(H: Pointer, g: Pointer, free: Pointer, damping: float, k: int, d: Pointer) -> bool:
-    """(H + damping) d = g in the joints that are free; whether that matrix is positive definite."""
+    """Solves (H + damping) d = g for the joints that are free; False if that matrix is not positive definite."""
     A, D = stack(0.0, W16, W16), stack(0.0, ONE, W16)
     for i in range(k):
         for j in range(i + 1):
@@ -65,7 +65,7 @@ def newton_step(H: Pointer, g: Pointer, free: Pointer, damping: float, k: int, d
 
 @called
 def polish(problem: Pointer, options: Pointer, values: Pointer, target: Pointer, error: Pointer) -> int:
-    """Moves values to the nearest minimum of E inside limits and measures the error there; how many steps it took."""
+    """Moves values to the nearest minimum of E within limits and measures the error; returns the number of steps."""
     k, scale = int(problem[lay.COUNT]), options[lay.SCALE]
     axes, end = stack(0.0, ROOM, SIX), stack(0.0, ONE, TWELVE)
     H, g, d = stack(0.0, W16, W16), stack(0.0, ONE, W16), stack(0.0, ONE, W16)
@@ -112,9 +112,9 @@ def polish(problem: Pointer, options: Pointer, values: Pointer, target: Pointer,
 def descend(
     problem: Pointer, options: Pointer, values: Pointer, target: Pointer, axes: Pointer, end: Pointer, error: Pointer
 ) -> int:
-    """Damped least squares from values whose error was measured; they are kept where that leads farther away.
+    """Continues with damped least squares and keeps the values with the least E; returns the number of steps.
 
-    Towards a singular solution E falls slowly, and not at every step, where Newton's method stops.
+    Towards a singular solution E falls slowly, and not at every step; Newton's method stops there.
     """
     k, scale = int(problem[lay.COUNT]), options[lay.SCALE]
     trial, J, moving = stack(0.0, ONE, W16), stack(0.0, W16, W8), stack(0.0, ONE, ONE)
@@ -148,7 +148,7 @@ def reached(options: Pointer, error: Pointer) -> bool:
 
 @called
 def look(problem: Pointer, values: Pointer, target: Pointer, axes: Pointer, end: Pointer, error: Pointer) -> None:
-    """`measure` of one configuration."""
+    """Runs `measure` for one configuration."""
     motions, cosines, sines = stack(0.0, ONE, ROOM), stack(0.0, ONE, ROOM), stack(0.0, ONE, ROOM)
     for i in range(len(ROOM)):
         motions[i] = 0.0

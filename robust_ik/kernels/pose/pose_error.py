@@ -1,4 +1,4 @@
-"""What leads from a frame to its target: a difference of positions and a rotation vector, world axes."""
+"""The error of a pose: difference of positions, and rotation vector from the frame to its target, world axes."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from robust_ik.kernels.compiler.stack_memory import Pointer, each_lane, further,
 from robust_ik.kernels.pose import pose_layout as lay
 
 OPPOSITE = -0.9999995
-"""Cosine of an angle, π − 0.001, from which on its axis is read off the symmetric part of a rotation."""
+"""Cosine of π − 0.001 rad: of larger angles the axis is taken from the symmetric part of the rotation."""
 LEAST = 1e-150
-"""Sine and cosine below this are not divided by. Of a rotation one of them is 0.7 at least."""
+"""Least sine or cosine that is divided by. Of a rotation one of them is at least 0.7."""
 CLOSE = 0.9995
-"""Cosine of an angle, 0.0316, up to which a series gives the last bits."""
+"""Cosine of 0.0316 rad: up to this angle a series is exact to the last bits."""
 C1, C2, C3, C4, C5 = 1 / 6, 3 / 40, 5 / 112, 35 / 1152, 63 / 2816
-"""Taylor's series of arcsin s / s in s²: up to s² = 1e-3 what is left out is below 2e-20."""
+"""Taylor series of arcsin s / s in s²: up to s² = 1e-3 the terms left out are below 2e-20."""
 P0, P1, P2 = -8.750608600031904122785e-1, -1.615753718733365076637e1, -7.500855792314704667340e1
 P3, P4 = -1.228866684490136173410e2, -6.485021904942025371773e1
 """P0 to P4: numerator of (arctan x − x)/x³ in x², for x up to 0.66, a minimax rational function; Cephes, atan.c."""
@@ -26,12 +26,12 @@ Q0, Q1, Q2 = 2.485846490142306297962e1, 1.650270098316988542046e2, 4.32881060491
 Q3, Q4 = 4.853903996359136964868e2, 1.945506571482613964425e2
 """Q0 to Q4: its denominator, whose leading coefficient is 1."""
 SPARE = 6.123233995736765886130e-17
-"""What π/2 has beyond its double; MOREBITS of Cephes, atan.c."""
+"""Difference between π/2 and the nearest double; MOREBITS of Cephes, atan.c."""
 
 
 @inlined
 def angle(sine: Number, cosine: Number) -> Number:
-    """The angle in [0, π] of a sine ≥ 0 and a cosine, by a rational function: the same bits for one and for eight.
+    """The angle in [0, π] of a sine ≥ 0 and a cosine, by a rational function: the same bits for numbers and lanes.
 
     Source: Moshier, Cephes, atan.c.
     """
@@ -64,20 +64,20 @@ def measure(
     error: Pointer,
     zero: Number,
 ) -> None:
-    """Places the frame and measures its error in the wanted rows.
+    """Computes the pose of the frame and its error in the wanted rows.
 
     Args:
         problem: See `pose_layout`.
-        values: Of the joints.
+        values: Joint values.
         target: Rotation, row by row, and position, 12 numbers.
-        motions: Room for those of the chain, a multiple of 8.
+        motions: Room for the motions of the chain, a multiple of 8.
         cosines: The same.
         sines: The same.
         axes: Filled, see `move`.
         end: Filled, see `move`.
-        error: Filled with position and rotation vector, zero in other rows; the squared lengths of both; θ/2 cot θ/2
-            of its angle, or φ cot φ of a swing; the whole rotation vector: 12 numbers.
-        zero: 0, one or eight.
+        error: Filled with 12 numbers: position and rotation vector, zero in other rows; the squared lengths of both;
+            θ/2 cot θ/2 of the rotation's angle, or φ cot φ of a swing's; the whole rotation vector.
+        zero: 0 as one number, or as eight lanes.
     """
     pack = further(problem, int(problem[lay.CHAIN]))
     for i in range(int(pack[links.JOINTS])):
@@ -132,7 +132,7 @@ def _rotation(target: Pointer, end: Pointer, error: Pointer, zero: Number) -> No
 
 @called
 def _half_turn(target: Pointer, end: Pointer, error: Pointer, lane: int, L: int) -> None:
-    """The rotation vector of nearly half a turn: its axis is the longest column of the symmetric part."""
+    """The rotation vector of nearly half a turn, whose axis is the longest column of the symmetric part."""
     m = (0.0, 0.0, 0.0)
     trace, best, most = 0.0, 0, -2.0
     for i in range(3):
@@ -170,9 +170,9 @@ def _entry(target: Pointer, end: Pointer, i: int, j: int, lane: int, L: int) -> 
 
 @inlined
 def _swing(target: Pointer, end: Pointer, error: Pointer, free: int, zero: Number) -> None:
-    """The shortest rotation that is left once one about a world axis is free."""
+    """The shortest rotation that aligns a world axis; rotation about that axis is free."""
     one, two = (free + 1) % 3, (free + 2) % 3
-    # The world axis as the target carries it, now: row `free` of the rotation; it is to be that axis again.
+    # The world axis carried along with the target: row `free` of the rotation. It must become that axis again.
     now, first, second = (
         _along(target, end, free, free), _along(target, end, free, one), _along(target, end, free, two)
     )  # fmt: skip
@@ -182,7 +182,7 @@ def _swing(target: Pointer, end: Pointer, error: Pointer, free: int, zero: Numbe
     some = sine > 1e-12
     divisor = where(some, sine, zero + 1.0)
     factor = where(some, phi / divisor, zero + 1.0)
-    # Exactly opposite, every axis is right.
+    # If it points exactly the opposite way, every perpendicular axis is right.
     flipped = where(some, zero, where(now < 0.0, zero + math.pi, zero))
     error[3 + one] = factor * second + flipped
     error[3 + two] = 0.0 - factor * first

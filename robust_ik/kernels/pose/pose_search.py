@@ -34,7 +34,7 @@ from robust_ik.kernels.pose.target_checks import sound
 def take(
     problem: Pointer, options: Pointer, memory: Pointer, targets: Pointer, e: int, q0: Pointer, values: Pointer
 ) -> None:
-    """Begins with target e."""
+    """Begins the search for target e."""
     for r in range(3):
         for c in range(3):
             memory[mem.AIM + 3 * r + c] = targets[16 * e + 4 * r + c]
@@ -62,13 +62,13 @@ def search(
         problem: See `pose_layout`.
         options: The same.
         targets: Poses, 16 numbers each.
-        q0: Where each search begins.
-        stride: From one of these to the next; 0 where all begin at the same.
+        q0: Configurations where the searches begin.
+        stride: Numbers from one q0 to the next; 0 if there is one for all.
         q: Room for `room` configurations for each target; the first ones are filled.
         room: At least the number of solutions wanted.
         numbers: Filled with results, see `pose_layout`.
-        count: How many targets.
-        zero: 0, one or eight.
+        count: Number of targets.
+        zero: 0 as one number, or as eight lanes.
     """
     L, length, k = lanes_of(zero), int(problem[lay.LENGTH]), int(problem[lay.COUNT])
     motions, cosines, sines = stack(zero, ONE, ROOM), stack(zero, ONE, ROOM), stack(zero, ONE, ROOM)
@@ -122,14 +122,14 @@ def search(
 
 @kernel(WHOLE, HANDLE, HANDLE, HANDLE, HANDLE)
 def solve_one(setup: int, target: Any, q0: Any, q: Any, numbers: Any) -> bool:
-    """Solutions for one target; False for a target or q0 that are no arrays of doubles, or that cannot be meant.
+    """Solutions for one target; False if target or q0 are not arrays of doubles of the right shape, or are not valid.
 
     Args:
-        setup: The address of three: of the class of arrays, of a problem, of options.
+        setup: The address of three addresses: of NumPy's array class, of the problem, of the options.
         target: Array (4, 4).
         q0: Array (nq,).
-        q: Array, trusted to have room for as many configurations as are wanted.
-        numbers: Array, trusted to have room for results, see `pose_layout`.
+        q: Array with room for as many configurations as are wanted; not checked.
+        numbers: Array with room for results, see `pose_layout`; not checked.
     """
     array_class, problem, options = whole_at(setup), at_address(whole_at(setup + 8)), at_address(whole_at(setup + 16))
     plain, length = CONTIGUOUS | ALIGNED, int(problem[lay.LENGTH])
@@ -144,7 +144,7 @@ def solve_one(setup: int, target: Any, q0: Any, q: Any, numbers: Any) -> bool:
 
 @kernel(given(1), given(1), given(3), given(2), filled(3), filled(2))
 def solve_many(problem: Array, options: Array, targets: Array, q0: Array, q: Array, numbers: Array) -> None:
-    """Solutions for many sound targets, into q[e, 0], q[e, 1], ...; eight side by side."""
+    """Solutions for many valid targets, into q[e, 0], q[e, 1], ...; eight side by side."""
     stride = q0.shape[1] if len(q0) > 1 else 0
     search(
         pointer(problem), pointer(options), pointer(targets), pointer(q0), stride, pointer(q), q.shape[1],

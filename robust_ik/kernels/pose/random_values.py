@@ -1,6 +1,6 @@
-"""Joint values to begin with: random ones, and turned into the limits.
+"""Joint values where a search begins: random ones, and angles turned into the limits.
 
-Random numbers are a function of their number, so that they are the same on every thread.
+Each random number is computed from its index, so that it is the same on every thread.
 
 Source: Steele, Lea, Flood 2014: SplitMix64.
 """
@@ -16,12 +16,12 @@ from robust_ik.kernels.compiler.stack_memory import Pointer
 from robust_ik.kernels.pose import pose_layout as lay
 
 FARTHEST = 1e6
-"""Angles are not taken nearer to others beyond this, rad, where they would lose digits."""
+"""An angle is not brought closer to another one beyond this, rad, since it would lose digits."""
 
 
 @inlined
 def random(seed: int, number: int) -> float:
-    """A uniform number in [0, 1)."""
+    """The uniform random number in [0, 1) with this seed and index."""
     x = np.uint64(seed) + np.uint64(number + 1) * np.uint64(0x9E3779B97F4A7C15)
     x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
@@ -31,7 +31,10 @@ def random(seed: int, number: int) -> float:
 
 @called
 def random_values(problem: Pointer, seed: int, start: int, loose: float, values: Pointer) -> None:
-    """Joint values of a random start, uniform inside the limits, with as much beyond as makes a full turn."""
+    """Joint values of a random start, uniform within the limits.
+
+    The ranges of periodic joints are widened by at most `loose` on each side, rad, and to at most a full turn.
+    """
     for j in range(int(problem[lay.COUNT])):
         at = lay.HEAD + j * lay.STRIDE
         low, high = problem[at + lay.FROM], problem[at + lay.TO]
@@ -43,7 +46,7 @@ def random_values(problem: Pointer, seed: int, start: int, loose: float, values:
 
 @called
 def within(problem: Pointer, j: int, value: float, near: float) -> float:
-    """The angle, or one some full turns away, that is inside the limits of joint j and as near another as may be."""
+    """The angle within the limits of joint j that differs from `value` by full turns and is closest to `near`."""
     at = lay.HEAD + j * lay.STRIDE
     low, high = problem[at + lay.LOWER], problem[at + lay.UPPER]
     if problem[at + lay.PERIODIC] > 0.0:

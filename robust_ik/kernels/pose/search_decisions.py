@@ -1,8 +1,8 @@
-"""What follows each measurement in a search for a pose: another step, another start, or the end.
+"""Decides after each measurement in a search for a pose: another step, another start, or the end.
 
-A start is given up when E has not fallen to 0.4 of what it was five steps ago (0.5 of three steps ago for the first).
-Where that happens close to the target, or where a start is on the boundary of what is reachable, a solution on the
-boundary is looked for. When nothing reaches the target, the best few are polished: they give the closest pose, and say
+A start is given up when E has not fallen to 0.4 of its value five steps ago (for the first start, 0.5 of three steps
+ago). If it is given up close to the target, or began on the boundary of the reachable poses, a solution on the boundary
+is looked for. When no start reaches the target, the best few are polished: they give the closest pose, and decide
 whether to go on.
 """
 
@@ -21,25 +21,31 @@ from robust_ik.kernels.pose.solution_ranking import arrange, unwind, write_confi
 from robust_ik.kernels.pose.target_checks import unreachable
 
 WINDOW, RATIO = 5, 0.4
-"""Steps, and what of E may be left after them. Chosen: less misses slow solutions, more wastes hopeless steps."""
+"""Number of steps, and the fraction of E that may be left after them.
+
+Chosen: less misses slow solutions, more wastes steps.
+"""
 FIRST_WINDOW, FIRST_RATIO, SLOW_RATIO = 3, 0.5, 0.9
-"""The same of the first start, at q0; and RATIO where E < NEARLY, since steps creep towards singular solutions."""
+"""The same for the first start, at q0; and RATIO where E < NEARLY, since steps creep towards singular solutions."""
 LONGEST = 100
-"""Steps of one start at the most. Chosen: those that need more are better left for another start."""
+"""Most steps of one start. Chosen: where more are needed, another start is better."""
 NEARLY = 1e-4
-"""E below which a start that is given up may be near a solution on the boundary; after EARLY starts it is polished."""
+"""E below which a given-up start may be near a solution on the boundary; after EARLY starts it is polished."""
 EARLY, LATER, LAST, THOROUGH = 12, 128, 400, 120
-"""Starts after which the best are polished; there are no more than LAST without a solution, or THOROUGH where each is
-polished."""
+"""Numbers of starts after which the best are polished. Without a solution the search ends after LAST starts, or after
+THOROUGH if each is polished.
+"""
 AGAIN, AWAY = 22, 32
-"""The same where the target is proved to be out of reach: the best are polished twice more, and the search ends."""
+"""The same if the target is proved to be out of reach: the best are polished twice more, after AGAIN and AWAY starts,
+then the search ends.
+"""
 DOUBTFUL = 0.02
-"""The E of the closest from which on a search ends at LATER."""
+"""E of the closest pose above which a search ends after LATER starts."""
 
 
 @called
 def given_up(memory: Pointer, E: float) -> bool:
-    """Whether a start has fallen behind; E is remembered otherwise."""
+    """Whether a start is given up; if not, its E is remembered."""
     n = int(memory[mem.STEP])
     first = memory[mem.START] == 0.0
     window, ratio = (FIRST_WINDOW, FIRST_RATIO) if first else (WINDOW, RATIO)
@@ -54,7 +60,7 @@ def given_up(memory: Pointer, E: float) -> bool:
 
 @called
 def over(problem: Pointer, options: Pointer, memory: Pointer, found: Pointer) -> bool:
-    """Whether a search ends with the start that ended."""
+    """Whether the search ends after the start that has just ended."""
     start = int(memory[mem.START])
     if memory[mem.SOLUTIONS] > 0.0:
         return bool(memory[mem.SOLUTIONS] >= options[lay.WANTED] or start >= options[lay.STARTS])
@@ -76,7 +82,11 @@ def over(problem: Pointer, options: Pointer, memory: Pointer, found: Pointer) ->
 def decide(
     problem: Pointer, options: Pointer, memory: Pointer, values: Pointer, p: float, r: float, found: Pointer
 ) -> int:
-    """What follows a measurement, p and r being the squared errors: 1 to step on, 0 for a new start, −1 for the end."""
+    """Decides what follows a measurement; p and r are the squared errors of position and rotation.
+
+    Returns:
+        1 for another step, 0 for another start, −1 for the end.
+    """
     E = p + options[lay.SCALE] * options[lay.SCALE] * r
     memory[mem.TOTAL] += 1.0
     there = p <= options[lay.POSITION_TOLERANCE] ** 2 and r <= options[lay.ROTATION_TOLERANCE] ** 2
@@ -108,7 +118,7 @@ def decide(
 
 @called
 def finish(problem: Pointer, options: Pointer, memory: Pointer, q0: Pointer, found: Pointer, numbers: Pointer) -> None:
-    """Writes a search's results."""
+    """Writes the results of a search."""
     length, count, own = int(problem[lay.LENGTH]), int(memory[mem.SOLUTIONS]), further(memory, mem.OWN)
     numbers[lay.STATUS] = lay.SOLVED
     if count == 0:

@@ -1,4 +1,4 @@
-"""What a search for a pose remembers of its target: where it is, what it has found, the best of what failed."""
+"""Memory of a search for a pose: its target, the solutions found, the best failed starts."""
 
 from __future__ import annotations
 
@@ -15,31 +15,31 @@ from robust_ik.kernels.pose.start_table import bring, nearest, rate
 from robust_ik.kernels.pose.target_checks import unreachable
 
 TARGET, START, STEP, TOTAL, SOLUTIONS, RATED, KEPT, BEST, HISTORY = 0, 1, 2, 3, 4, 5, 6, 7, 8
-"""Places: target and counters, whether the table is rated, how many are kept, the least E, E of the last six steps."""
+"""Places: target, counters, whether the table is rated, number of kept starts, least E, E of the last six steps."""
 EDGE, EDGED = 14, 15
-"""Whether a start is on the boundary of what is reachable, and how many were, which START does not count."""
+"""Whether the present start is from the boundary, and how many were: START does not count them."""
 OWN, AIM = 16, 32
-"""q0's joint values; rotation and position of the target."""
+"""Joint values of q0; rotation and position of the target."""
 KEPT_E, KEPT_VALUES = 48, 56
-"""E of what is kept, and its joint values, 16 each."""
+"""E of the failed starts that are kept, and their joint values, 16 each."""
 CLOSEST_VALUES, CLOSEST_ERROR, LOOSE, DISTANCES = 184, 200, 202, 208
-"""LOOSE: how far a start may go beyond the limits of joints that come round again, rad."""
+"""LOOSE: how far the present start may go beyond the limits of periodic joints, rad."""
 SIZE = 208 + lay.ENTRIES
-"""Numbers in all: DISTANCES come last, one for each entry of the table."""
+"""How many numbers there are: DISTANCES come last, one for each entry of the table."""
 MEMORY = sizes(SIZE)
 CLOSE = 0.05
-"""What is kept differs by so much, rad or m. Chosen: nearer ones would be polished to the same."""
+"""Least difference between two failed starts that are kept, rad or m. Chosen: nearer ones are polished to the same."""
 FEW_EDGES, HARD, MANY_EDGES = 1, 5, 12
-"""Starts on the boundary at the most, before and from a number of other starts on."""
+"""Most starts from the boundary before HARD other starts, and after."""
 FROM_TABLE = 24
-"""Starts from the table, before random ones. Chosen: the nearest help most; random ones find what it misses."""
+"""Most starts from the table, before random ones. Chosen: the nearest help most; random ones find what it misses."""
 FIRM, AROUND = 12, math.pi
-"""Starts after which every other one leaves limits aside at first, and by how much."""
+"""After FIRM starts every other one begins without limits: periodic joints may exceed them by AROUND."""
 
 
 @called
 def begin(problem: Pointer, options: Pointer, memory: Pointer, q0: Pointer, values: Pointer) -> None:
-    """Forgets the last target and begins at q0."""
+    """Clears the memory for a new target and begins at q0."""
     own = further(memory, OWN)
     read_configuration(problem, q0, own)
     memory[START], memory[STEP], memory[TOTAL], memory[SOLUTIONS] = 0.0, 0.0, 0.0, 0.0
@@ -58,10 +58,10 @@ def begin(problem: Pointer, options: Pointer, memory: Pointer, q0: Pointer, valu
 
 @called
 def launch(problem: Pointer, options: Pointer, memory: Pointer, values: Pointer) -> None:
-    """The joint values that the next start begins at.
+    """Sets the joint values for the next start.
 
-    Solutions with many joints at limits have small neighbourhoods inside these, from which a search leads there. So
-    where nothing was found, every other start searches without limits, and goes on inside them from where it ends.
+    A solution with many joints at their limits can be reached within limits only from a small neighbourhood. So as long
+    as nothing was found, every other start searches without limits first, and continues within them from where it ends.
     """
     start, distances, aim = int(memory[START]), further(memory, DISTANCES), further(memory, AIM)
     memory[STEP], memory[EDGE], memory[LOOSE] = 0.0, 0.0, 0.0
@@ -83,7 +83,7 @@ def launch(problem: Pointer, options: Pointer, memory: Pointer, values: Pointer)
 
 @called
 def tighten(problem: Pointer, options: Pointer, memory: Pointer, values: Pointer) -> None:
-    """Brings a start that left limits aside inside them, from where it goes on."""
+    """Brings a start that searched without limits back within them, for it to continue there."""
     unwind(problem, options, values, further(memory, OWN))
     memory[STEP], memory[LOOSE] = 0.0, 0.0
 
@@ -112,7 +112,7 @@ def keep(problem: Pointer, options: Pointer, memory: Pointer, values: Pointer, E
 
 @called
 def polish_kept(problem: Pointer, options: Pointer, memory: Pointer, found: Pointer) -> None:
-    """Polishes what was kept, or finds a solution on the boundary from there."""
+    """Polishes the failed starts that were kept, or finds a solution on the boundary from there."""
     for i in range(int(memory[KEPT])):
         values = further(memory, KEPT_VALUES + 16 * i)
         if not press_one(problem, options, memory, values, False, found):
@@ -122,7 +122,7 @@ def polish_kept(problem: Pointer, options: Pointer, memory: Pointer, found: Poin
 
 @called
 def press_one(problem: Pointer, options: Pointer, memory: Pointer, values: Pointer, edge: bool, found: Pointer) -> bool:
-    """Looks for a solution on the boundary from one configuration, and remembers it; whether there is one."""
+    """Looks for a solution on the boundary from one configuration and records it; False if there is none."""
     if not pressable(problem):
         return False
     error = stack(0.0, ONE, TWELVE)
@@ -135,7 +135,7 @@ def press_one(problem: Pointer, options: Pointer, memory: Pointer, values: Point
 
 @called
 def polish_one(problem: Pointer, options: Pointer, memory: Pointer, values: Pointer, found: Pointer) -> None:
-    """Polishes one configuration and remembers it if it is the closest, or a solution."""
+    """Polishes one configuration; records it if it is a solution, remembers it if it is the closest."""
     error, scale = stack(0.0, ONE, TWELVE), options[lay.SCALE]
     memory[TOTAL] += polish(problem, options, values, further(memory, AIM), error)
     E = error[6] + scale * scale * error[7]
@@ -151,7 +151,7 @@ def polish_one(problem: Pointer, options: Pointer, memory: Pointer, values: Poin
 def record(
     problem: Pointer, options: Pointer, memory: Pointer, values: Pointer, p: float, r: float, found: Pointer
 ) -> None:
-    """Adds a solution, if it is a new one; p and r are its squared errors."""
+    """Adds a solution if it is new; p and r are its squared errors of position and rotation."""
     length, count = int(problem[lay.LENGTH]), int(memory[SOLUTIONS])
     unwind(problem, options, values, further(memory, OWN))
     if count < int(options[lay.WANTED]) and is_new(problem, options, values, found, count, length):

@@ -1,4 +1,4 @@
-"""Solutions of one target: which are distinct, which are preferred."""
+"""Solutions of one target: which are distinct, and in which order they are preferred."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ MOST_FOUND = sizes(lay.MOST_FOUND)
 
 @inlined
 def apart(problem: Pointer, a: Pointer, b: Pointer) -> float:
-    """The largest difference of two configurations in a joint, full turns aside, rad or m."""
+    """The largest difference of two configurations in any joint, modulo full turns, rad or m."""
     largest = 0.0
     for j in range(int(problem[lay.COUNT])):
         d = a[j] - b[j]
@@ -31,7 +31,7 @@ def apart(problem: Pointer, a: Pointer, b: Pointer) -> float:
 
 @called
 def unwind(problem: Pointer, options: Pointer, values: Pointer, q0: Pointer) -> None:
-    """Takes full turns out: as near as may be to q0, or to the middle of the limits where that is preferred."""
+    """Removes full turns: values as close as possible to q0, or to the middle of the limits if that is preferred."""
     for j in range(int(problem[lay.COUNT])):
         at = lay.HEAD + j * lay.STRIDE
         if problem[at + lay.PERIODIC] > 0.0:
@@ -42,7 +42,7 @@ def unwind(problem: Pointer, options: Pointer, values: Pointer, q0: Pointer) -> 
 
 @called
 def is_new(problem: Pointer, options: Pointer, values: Pointer, found: Pointer, count: int, length: int) -> bool:
-    """Whether a solution differs from those before, `count` rows of `length`."""
+    """Whether a solution differs from the `count` earlier ones, rows of `length`."""
     least = math.inf
     for s in range(count):
         least = min(least, apart(problem, values, further(found, s * length)))
@@ -51,7 +51,7 @@ def is_new(problem: Pointer, options: Pointer, values: Pointer, found: Pointer, 
 
 @called
 def cost(problem: Pointer, options: Pointer, values: Pointer, q0: Pointer, target: Pointer) -> float:
-    """The smaller, the more it is preferred."""
+    """The cost by which solutions are ordered: the smaller, the better."""
     prefer, total = options[lay.PREFER], 0.0
     if prefer == lay.NEAREST:
         for j in range(int(problem[lay.COUNT])):
@@ -64,7 +64,7 @@ def cost(problem: Pointer, options: Pointer, values: Pointer, q0: Pointer, targe
 
 @called
 def margin(problem: Pointer, values: Pointer) -> float:
-    """The least distance of a joint to its limits, as a share of half the way between them."""
+    """The least distance of any joint to its limits, as a fraction of half its range."""
     least = 1.0
     for j in range(int(problem[lay.COUNT])):
         at = lay.HEAD + j * lay.STRIDE
@@ -78,7 +78,7 @@ def margin(problem: Pointer, values: Pointer) -> float:
 
 @called
 def least_singular_value(problem: Pointer, options: Pointer, values: Pointer, target: Pointer) -> float:
-    """Of the Jacobian in the wanted rows, angular rows times the length scale."""
+    """The least singular value of the Jacobian in the wanted rows, angular rows times the length scale."""
     k, m = int(problem[lay.COUNT]), 0
     axes, end, error = stack(0.0, ROOM, SIX), stack(0.0, ONE, TWELVE), stack(0.0, ONE, TWELVE)
     J, A, norms = stack(0.0, W16, W8), stack(0.0, W16, W16), stack(0.0, ONE, W16)
@@ -106,7 +106,7 @@ def least_singular_value(problem: Pointer, options: Pointer, values: Pointer, ta
 
 @called
 def arrange(problem: Pointer, options: Pointer, found: Pointer, count: int, q0: Pointer, target: Pointer) -> None:
-    """Puts solutions in the order of preference."""
+    """Sorts solutions in the order of preference."""
     length = int(problem[lay.LENGTH])
     costs = stack(0.0, ONE, MOST_FOUND)
     if count < 2 or options[lay.PREFER] == lay.ANY:
@@ -126,7 +126,7 @@ def arrange(problem: Pointer, options: Pointer, found: Pointer, count: int, q0: 
 
 @called
 def write_configuration(problem: Pointer, q0: Pointer, q: Pointer) -> None:
-    """From joint values at the beginning of q to q; joints that do not move the frame stay as in q0."""
+    """Turns joint values at the beginning of q into a configuration; joints that do not move the frame are as in q0."""
     k = int(problem[lay.COUNT])
     values = stack(0.0, ONE, W16)
     for j in range(k):
@@ -144,7 +144,7 @@ def write_configuration(problem: Pointer, q0: Pointer, q: Pointer) -> None:
 
 @called
 def read_configuration(problem: Pointer, q: Pointer, values: Pointer) -> None:
-    """Joint values of those that move the frame."""
+    """Reads the values of the joints that move the frame."""
     for j in range(int(problem[lay.COUNT])):
         at = lay.HEAD + j * lay.STRIDE
         place = int(problem[at + lay.PLACE])

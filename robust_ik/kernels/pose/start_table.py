@@ -1,7 +1,7 @@
-"""A table of configurations and their poses: a search for a pose begins where the pose is nearest.
+"""A table of configurations and their poses: a search begins at the configuration whose pose is closest to the target.
 
-Where the first joint turns the arm and the last one turns the tool, both are taken out: the nearest configuration in
-what is left is then turned to where the target is, so that few configurations cover all poses.
+If the first joint turns the arm and the last one turns the tool, both rotations are left out of the comparison; the
+closest configuration is then turned to the target. So few configurations cover all poses.
 """
 
 from __future__ import annotations
@@ -31,19 +31,22 @@ from robust_ik.kernels.pose.random_values import random_values, within
 from robust_ik.kernels.pose.symmetric_pose import describe
 
 WEIGHT = 3.0
-"""Squared metres against squared radians in the choice of a start. Chosen: for arms of about a metre."""
+"""Weight of squared metres against squared radians in the choice of a start. Chosen: for arms of about a metre."""
 TRIED = 2000
-"""Poses that are pushed out of reach for configurations on the boundary. Chosen: more fill the table, more slowly."""
+"""Most tries to find configurations on the boundary. Chosen: more fill the table, but take longer."""
 FAVOUR = 0.7
-"""Times the squared distances of those. Chosen: less takes them sooner, which costs targets inside some steps."""
+"""Factor on the squared distances of configurations on the boundary.
+
+Chosen: less takes them sooner, which costs some steps for targets inside.
+"""
 BULGE, HOLLOW = 1.3, 0.7
-"""How far a target on the boundary is inside or outside a tangent plane at the most, times the squared distance."""
+"""How far inside or outside a tangent plane of the boundary a target may lie, divided by the squared distance."""
 ROOM, SIX, TWELVE = sizes(lay.MOST_CHAIN), sizes(6), sizes(12)
 
 
 @called
 def fill(problem: Pointer) -> None:
-    """Fills the table by random configurations, then by some on the boundary."""
+    """Fills the table with random configurations, then with some on the boundary."""
     values, normal = stack(0.0, ONE, W16), stack(0.0, ONE, W8)
     table, first = further(problem, int(problem[lay.TABLE])), int(problem[lay.SEEDS])
     for seed in range(first):
@@ -91,7 +94,7 @@ def enter(problem: Pointer, values: Pointer, entry: int) -> None:
 
 @called
 def rate(problem: Pointer, target: Pointer, distances: Pointer) -> None:
-    """How far each configuration of the table is from a target, squared."""
+    """Fills the squared distance of each configuration of the table from a target."""
     table, count = further(problem, int(problem[lay.TABLE])), int(problem[lay.SEEDS]) + int(problem[lay.EDGES])
     kind = int(problem[lay.TURN])
     for s in range(count, 8 * ((count + 7) // 8)):
@@ -115,7 +118,7 @@ def rate(problem: Pointer, target: Pointer, distances: Pointer) -> None:
             d = table[(9 + r) * lay.ENTRIES + s] - wanted
             distances[s] += weight * d * d
     if kind == lay.SWING:
-        # The world axis as the target carries it, in the tool: R_cᵀ's image of it is to be the axis itself.
+        # The world axis carried along with the target, in the tool: turned by R_c it should give the axis itself.
         free = 3 * int(problem[lay.FREE])
         for i in range(3):
             wanted = 1.0 if 3 * i == free else 0.0
@@ -134,7 +137,7 @@ def rate(problem: Pointer, target: Pointer, distances: Pointer) -> None:
 
 @called
 def nearest(problem: Pointer, distances: Pointer, edges: bool) -> int:
-    """The configuration of the table with the least distance, which is taken out; with those on the boundary or not."""
+    """Removes the closest configuration from the table and returns it; `edges`: also among those on the boundary."""
     count, rows = int(problem[lay.SEEDS]) + (int(problem[lay.EDGES]) if edges else 0), by_eights(distances)
     nearest_ones, least_ones = stack(spread(0.0), ONE, ONE), stack(spread(0.0), ONE, ONE)
     near, least = spread(0.0), spread(math.inf)
@@ -152,9 +155,9 @@ def nearest(problem: Pointer, distances: Pointer, edges: bool) -> int:
 
 @called
 def bring(problem: Pointer, target: Pointer, q0: Pointer, seed: int, values: Pointer) -> bool:
-    """A configuration of the table, turned to where the target is.
+    """Fills a configuration of the table, turned to the target.
 
-    False for one on the boundary if the target is inside: too far from the tangent plane there.
+    False for one on the boundary if the target lies too far from the tangent plane there.
     """
     table, k = further(problem, int(problem[lay.TABLE])), int(problem[lay.COUNT])
     for j in range(k):

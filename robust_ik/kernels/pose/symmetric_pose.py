@@ -1,6 +1,6 @@
-"""A pose without its first and last turn: what is left where the first joint turns the arm and the last the tool.
+"""A pose without the rotations of the first and last joint, if the first joint turns the arm and the last one the tool.
 
-It is the radius and height of the last joint's origin about the first one's axis, and the last one's axis.
+It consists of radius and height of the last joint's origin about the first joint's axis, and of the last joint's axis.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from robust_ik.kernels.compiler.stack_memory import ONE, Pointer, further, sizes
 from robust_ik.kernels.pose import pose_layout as lay
 
 NEAR = 1e-9
-"""Radius, m, up to which the azimuth is that of the tool axis: there rounding would decide that of the position."""
+"""Radius, m, up to which the tool axis gives the azimuth: the azimuth of the position would be rounding."""
 TWELVE = sizes(12)
 
 
 @inlined
 def into_first(pack: Pointer, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """A vector of the world in the axis frame of the first joint."""
+    """Components of a world vector in the axis frame of the first joint."""
     r = links.HEAD + links.ROTATION
     return (
         pack[r] * x + pack[r + 3] * y + pack[r + 6] * z,
@@ -30,7 +30,7 @@ def into_first(pack: Pointer, x: float, y: float, z: float) -> tuple[float, floa
 
 @called
 def describe(problem: Pointer, pose: Pointer, found: Pointer) -> float:
-    """What a pose is without its first and last turn.
+    """Describes a pose without the rotations of the first and last joint.
 
     Args:
         problem: See `pose_layout`.
@@ -66,13 +66,16 @@ def describe(problem: Pointer, pose: Pointer, found: Pointer) -> float:
 
 @called
 def describe_normal(problem: Pointer, pose: Pointer, push: Pointer, normal: Pointer) -> None:
-    """How far a push moves what `describe` finds: its product with a change of those 5 numbers is that of their twist.
+    """Converts a normal of the pose into one of the 5 numbers of `describe`.
+
+    For every small motion of the pose, both normals have the same product with the change.
 
     Args:
         problem: See `pose_layout`.
         pose: Rotation, row by row, and position.
-        push: Of a position and of a rotation, world axes, 6 numbers, that neither the first nor the last joint feels.
-        normal: Filled, 5 numbers: towards larger radius and height, and along the change of the axis.
+        push: Normal of the pose: for position and rotation, world axes, 6 numbers; first and last joint move at right
+            angles to it.
+        normal: Filled with 5 numbers: for radius, height, and the change of the axis.
     """
     pack = further(problem, int(problem[lay.CHAIN]))
     last = links.HEAD + int(pack[links.JOINTS]) * links.STRIDE

@@ -1,4 +1,4 @@
-"""Whether a target can be meant, and whether it is beyond what the links span."""
+"""Checks whether a target is valid, and whether it is farther away than the links reach."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from robust_ik.kernels.compiler.stack_memory import Pointer
 from robust_ik.kernels.pose import pose_layout as lay
 
 RIGID, UNIT = 1e-6, 1e-6
-"""How far R Rᵀ may be from 1, and a (cos, sin) from length 1: as in `checks` and in `robot.joint_map`."""
+"""Largest entry of |R Rᵀ − 1|, and largest difference of a (cos, sin) from length 1: as `checks`, `robot.joint_map`."""
 FARTHEST = 1e9
-"""A position, or a joint value, beyond this is refused, m or rad. Chosen: doubles there are 1e-7 apart."""
+"""A position or joint value beyond this is refused, m or rad. Chosen: doubles there are 1e-7 apart."""
 MARGIN = 1e-9
-"""Of the bound: what rounding may have taken."""
+"""Relative margin of the bound, for rounding."""
 
 
 @called
 def sound(problem: Pointer, target: Pointer, q0: Pointer) -> bool:
-    """Whether a target is a rigid pose and q0 finite, cosines and sines being of length 1."""
+    """Whether a target is a rigid pose and q0 is finite, with cosines and sines of length 1."""
     good = target[12] == 0.0 and target[13] == 0.0 and target[14] == 0.0 and target[15] == 1.0
     for r in range(3):
         good = good and abs(target[4 * r + 3]) <= FARTHEST
@@ -44,7 +44,7 @@ def sound(problem: Pointer, target: Pointer, q0: Pointer) -> bool:
 
 @called
 def unreachable(problem: Pointer, target: Pointer) -> bool:
-    """Whether a target is farther away than the links are long; see `lay.BOUND`."""
+    """Whether a target is farther away than the links are long, see `lay.BOUND`."""
     square = 0.0
     for r in range(3):
         d = target[9 + r] - problem[lay.CENTRE + r]

@@ -1,4 +1,4 @@
-"""A control step: from q and a twist to joint velocities in one call, for one configuration or eight at a time."""
+"""A control step: joint velocities from q and a twist, for one configuration or eight at a time."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from robust_ik.kernels.step.step_task import check, scale_rows, task
 def step_one(
     program: Pointer, q: Pointer, twist: Pointer, beside: Pointer, wanted: bool, out: Pointer, width: Sizes
 ) -> int:
-    """One step, and what is wanted beside the task if something is."""
+    """One step, with a secondary joint velocity `beside` in the null space if `wanted`."""
     P, m = len(width), int(program[slots.ROWS])
     chain, factors = further(program, int(program[slots.CHAIN])), further(program, int(program[slots.JOINTS]))
     n = int(chain[INDEPENDENT])
@@ -35,7 +35,7 @@ def step_one(
         trace = damped(J, x, m, program[slots.DAMPING], found, width, 0.0)
         poor = not program[slots.DAMPING] >= WELL_DAMPED * trace
     if poor:
-        # Of six rows of a four-joint arm two are rounding; they matter only to what is done beside the task.
+        # For four joints, two of six rows are rounding errors; they matter only to a secondary motion.
         orthogonalise(J, x, m, width, ONE, squares, ROUNDING if m > n and not wanted else ALL, 0.0)
         weigh(program, squares, x, y, m, min(m, n), 0, 1)
         combine(J, y, m, found, width, 0.0)
@@ -52,7 +52,7 @@ def step_one(
 
 @inlined
 def store(found: Pointer, out: Pointer, n: int, lane: int, lanes: int) -> int:
-    """Writes joint velocities, and says whether they are numbers."""
+    """Writes joint velocities; TOO_LARGE if they are not finite, else DONE."""
     total = 0.0
     for c in range(n):
         value = found[c * lanes + lane]
@@ -63,7 +63,7 @@ def store(found: Pointer, out: Pointer, n: int, lane: int, lanes: int) -> int:
 
 @called
 def factor_one(program: Pointer, q: Pointer, twist: Pointer, s: Pointer, x: Pointer, Vt: Pointer, width: Sizes) -> int:
-    """What a filter needs that is not compiled: σᵢ, uᵢᵀẋ and vᵢ of the scaled task, the largest σ first."""
+    """Fills σᵢ, uᵢᵀẋ and vᵢ of the scaled task, the largest σ first, for a filter that is not compiled."""
     P, m = len(width), int(program[slots.ROWS])
     n = int(program[int(program[slots.CHAIN]) + INDEPENDENT])
     J, wanted, squares, order = stack(0.0, W8, width), stack(0.0, ONE, W8), stack(0.0, ONE, W8), stack(0.0, ONE, W8)
@@ -83,7 +83,7 @@ def factor_one(program: Pointer, q: Pointer, twist: Pointer, s: Pointer, x: Poin
 
 @called
 def step_eight(program: Pointer, q: Pointer, twist: Pointer, out: Pointer, width: Sizes) -> int:
-    """COUNT steps side by side; the worst status."""
+    """COUNT steps side by side; returns the worst status."""
     zero = spread(0.0)
     m, chain = int(program[slots.ROWS]), further(program, int(program[slots.CHAIN]))
     n, nq = int(chain[INDEPENDENT]), int(chain[CONFIGURATION])
@@ -118,7 +118,7 @@ def step_eight(program: Pointer, q: Pointer, twist: Pointer, out: Pointer, width
 
 @inlined
 def many(program: Pointer, q: Array, twist: Array, beside: Array, out: Array, width: Sizes) -> int:
-    """A step for each row; the first status that is not DONE."""
+    """A step for each row; returns the first status that is not DONE."""
     wanted, done = beside.shape[0] > 0, 0
     n, nq, m = out.shape[1], q.shape[1], twist.shape[1]
     from_q, from_twist, from_beside, to = pointer(q), pointer(twist), pointer(beside), pointer(out)

@@ -1,4 +1,7 @@
-"""What Python calls to make steps: one from vectors, or many, a row each. The program is given by its address."""
+"""Entry points of the control step for Python: one step from vectors, or many, one a row.
+
+The program, see `step_layout`, is given by its address.
+"""
 
 from __future__ import annotations
 
@@ -21,13 +24,13 @@ PLAIN = CONTIGUOUS | ALIGNED
 
 @inlined
 def program_of(setup: int) -> Pointer:
-    """The program, from the address of two: of the class of arrays and of the program."""
+    """The program, from the address of two addresses: of NumPy's array class and of the program."""
     return at_address(whole_at(setup + 8))
 
 
 @inlined
 def fit(setup: int, q: Any, twist: Any) -> bool:
-    """Whether q and twist are vectors of doubles, as long as they have to be."""
+    """Whether q and twist are vectors of doubles of the right lengths."""
     program, array_class = program_of(setup), whole_at(setup)
     length = int(program[int(program[CHAIN]) + CONFIGURATION])
     return bool(is_vector(q, array_class, length, PLAIN) and is_vector(twist, array_class, int(program[ROWS]), PLAIN))
@@ -35,14 +38,14 @@ def fit(setup: int, q: Any, twist: Any) -> bool:
 
 @inlined
 def fits(setup: int, speeds: Any, flags: int) -> bool:
-    """Whether these are as many doubles as there are joints."""
+    """Whether `speeds` has one double for each joint."""
     program = program_of(setup)
     return bool(is_vector(speeds, whole_at(setup), int(program[int(program[CHAIN]) + INDEPENDENT]), flags))
 
 
 @inlined
 def step(setup: int, q: Any, twist: Any, out: Any, width: Sizes) -> int:
-    """A step, if the vectors fit."""
+    """A step, if the vectors have the right lengths, else UNLIKE."""
     if not (fit(setup, q, twist) and fits(setup, out, PLAIN | WRITEABLE)):
         return UNLIKE
     start = numbers_of(q)
@@ -51,7 +54,7 @@ def step(setup: int, q: Any, twist: Any, out: Any, width: Sizes) -> int:
 
 @inlined
 def step_beside(setup: int, q: Any, twist: Any, beside: Any, out: Any, width: Sizes) -> int:
-    """A step that does something beside its task, if the vectors fit."""
+    """A step with a secondary joint velocity, if the vectors have the right lengths, else UNLIKE."""
     if not (fit(setup, q, twist) and fits(setup, out, PLAIN | WRITEABLE) and fits(setup, beside, PLAIN)):
         return UNLIKE
     return step_one(
@@ -61,7 +64,7 @@ def step_beside(setup: int, q: Any, twist: Any, beside: Any, out: Any, width: Si
 
 @inlined
 def factor(setup: int, q: Any, twist: Any, s: Any, x: Any, Vt: Any, width: Sizes) -> int:
-    """What a filter in Python needs, if the vectors fit; s, x and Vt are trusted to."""
+    """σᵢ, uᵢᵀẋ and vᵢ for a filter in Python, if q and twist fit; s, x and Vt are not checked."""
     if not fit(setup, q, twist):
         return UNLIKE
     return factor_one(
@@ -77,41 +80,41 @@ def step_8(setup: int, q: Any, twist: Any, out: Any) -> int:
 
 @kernel(*ONE_STEP)
 def step_16(setup: int, q: Any, twist: Any, out: Any) -> int:
-    """Of at most 16 joints."""
+    """A step of a robot of at most 16 joints; its status."""
     return step(setup, q, twist, out, W16)
 
 
 @kernel(*BESIDE)
 def beside_8(setup: int, q: Any, twist: Any, beside: Any, out: Any) -> int:
-    """A step of a robot of at most 8 joints that does something beside its task; its status."""
+    """A step with a secondary joint velocity, of a robot of at most 8 joints; its status."""
     return step_beside(setup, q, twist, beside, out, W8)
 
 
 @kernel(*BESIDE)
 def beside_16(setup: int, q: Any, twist: Any, beside: Any, out: Any) -> int:
-    """Of at most 16 joints."""
+    """A step with a secondary joint velocity, of a robot of at most 16 joints; its status."""
     return step_beside(setup, q, twist, beside, out, W16)
 
 
 @kernel(*FACTOR)
 def factor_8(setup: int, q: Any, twist: Any, s: Any, x: Any, Vt: Any) -> int:
-    """What a filter in Python needs, of at most 8 joints; a status."""
+    """σᵢ, uᵢᵀẋ and vᵢ for a filter in Python, of a robot of at most 8 joints; returns a status."""
     return factor(setup, q, twist, s, x, Vt, W8)
 
 
 @kernel(*FACTOR)
 def factor_16(setup: int, q: Any, twist: Any, s: Any, x: Any, Vt: Any) -> int:
-    """Of at most 16 joints."""
+    """σᵢ, uᵢᵀẋ and vᵢ for a filter in Python, of a robot of at most 16 joints; returns a status."""
     return factor(setup, q, twist, s, x, Vt, W16)
 
 
 @kernel(*MANY_STEPS)
 def steps_8(program: int, q: Array, twist: Array, beside: Array, out: Array) -> int:
-    """Many steps of a robot of at most 8 joints; a status that is not DONE if there is one. Rows must fit."""
+    """Many steps of a robot of at most 8 joints; the first status that is not DONE. Shapes are not checked."""
     return many(at_address(program), q, twist, beside, out, W8)
 
 
 @kernel(*MANY_STEPS)
 def steps_16(program: int, q: Array, twist: Array, beside: Array, out: Array) -> int:
-    """Of at most 16 joints."""
+    """Many steps of a robot of at most 16 joints; the first status that is not DONE. Shapes are not checked."""
     return many(at_address(program), q, twist, beside, out, W16)

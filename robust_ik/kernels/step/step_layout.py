@@ -1,21 +1,21 @@
-"""What a step does, as one vector of numbers, which the kernel reads: its layout."""
+"""Layout of the program, the vector of numbers that describes a control step to the kernel."""
 
 from __future__ import annotations
 
 ROWS, ROW = 0, 1
-"""How many task rows, m, and which of the six each is."""
+"""Number m of task rows, and from ROW on the index of each among the six."""
 METHOD, DAMPING = 7, 8
-"""How J is inverted; λ² of DAMPED."""
+"""How J is inverted; λ² if the method is DAMPED."""
 DAMPED, FORMULA = 0.0, 1.0
 """Codes of METHOD."""
 ADDRESS, PARAMETERS = 9, 10
-"""Where the compiled formula is, and where its parameters begin in the vector."""
+"""Address of the compiled gain formula, and place of its parameters in the vector."""
 TASK, JOINTS = 11, 12
-"""Where the factors of the task and of the joints begin, m·m and n·n numbers row by row; 0 where there are none."""
+"""Places of the weights' factors of task and joints, m·m and n·n numbers row by row; 0 for no weights."""
 REFERENCE, CHAIN = 13, 14
-"""The reference of twists, and where the chain begins."""
+"""The reference of twists, and the place of the chain."""
 HEAD = 16
-"""Numbers before PARAMETERS, factors and chain, of which 15 are used."""
+"""Numbers before PARAMETERS, factors and chain; 15 are used."""
 
 DONE, NOT_FINITE, OFF_CIRCLE, TOO_LARGE, UNLIKE = 0, 1, 2, 3, 4
-"""What a step returns: UNLIKE where it was not given vectors of doubles as long as they have to be."""
+"""Statuses of a step; UNLIKE: its arguments are not vectors of doubles of the right lengths."""

@@ -1,4 +1,4 @@
-"""From J and ẋ to joint velocities: by Cholesky's factors, or by orthogonal rows and a formula of their lengths."""
+"""Joint velocities from J and ẋ: by Cholesky factors, or by orthogonal rows and a gain formula of their lengths."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from robust_ik.kernels.matrices.jacobi_rotations import dot
 from robust_ik.kernels.step import step_layout as slots
 
 ROUNDING = 1e-32
-"""Squared length, over the longest row's, of what rounding leaves of a row."""
+"""Squared length of a row, relative to the longest row's, below which it is rounding error."""
 WELL_DAMPED = 1e-8
-"""λ² as a fraction of the trace of JJᵀ from which on squaring J costs no digit that counts."""
+"""λ² as a fraction of the trace of JJᵀ above which squaring J costs no significant digits."""
 
 
 @inlined
 def damped(J: Pointer, x: Pointer, m: int, squared: float, out: Pointer, width: Sizes, zero: Number) -> Number:
-    """Jᵀ (JJᵀ + λ²I)⁻¹ ẋ by Cholesky's factors into out, and the trace of JJᵀ."""
+    """Fills out with Jᵀ (JJᵀ + λ²I)⁻¹ ẋ by Cholesky factors; returns the trace of JJᵀ."""
     G, y = stack(zero, W8, W8), stack(zero, ONE, W8)
     trace = zero
     for i in range(m):
@@ -46,7 +46,7 @@ def damped(J: Pointer, x: Pointer, m: int, squared: float, out: Pointer, width: 
 
 @inlined
 def combine(rows: Pointer, y: Pointer, m: int, out: Pointer, width: Sizes, zero: Number) -> None:
-    """Σ yᵢ rowᵢ into out."""
+    """Fills out with Σ yᵢ rowᵢ."""
     P = len(width)
     for c in range(P):
         out[c] = y[0] * rows[c]
@@ -57,7 +57,7 @@ def combine(rows: Pointer, y: Pointer, m: int, out: Pointer, width: Sizes, zero:
 
 @inlined
 def order_of(squares: Pointer, order: Pointer, m: int, lane: int, lanes: int) -> None:
-    """The rows of one lane, the longest first."""
+    """Fills the order of the rows of one lane, the longest first."""
     for i in range(m):
         place_ = i
         while place_ > 0 and squares[int(order[place_ - 1]) * lanes + lane] < squares[i * lanes + lane]:
@@ -68,7 +68,7 @@ def order_of(squares: Pointer, order: Pointer, m: int, lane: int, lanes: int) ->
 
 @inlined
 def weigh(program: Pointer, squares: Pointer, x: Pointer, y: Pointer, m: int, k: int, lane: int, lanes: int) -> None:
-    """φ(σᵢ)/σᵢ uᵢᵀẋ of every row of one lane, by the formula; 0 of rows that are no longer than rounding, from k on."""
+    """Fills y with φ(σᵢ)/σᵢ uᵢᵀẋ for the k longest rows of one lane, by the gain formula, and 0 for the others."""
     order, parameters = stack(0.0, ONE, W8), further(program, int(program[slots.PARAMETERS]))
     order_of(squares, order, m, lane, lanes)
     product = 1.0
@@ -90,7 +90,7 @@ def weigh(program: Pointer, squares: Pointer, x: Pointer, y: Pointer, m: int, k:
 
 @inlined
 def add_beside(J: Pointer, squares: Pointer, m: int, k: int, beside: Pointer, out: Pointer, width: Sizes) -> None:
-    """Adds the part of a joint velocity that moves none of the k longest rows of an orthogonal J."""
+    """Adds the part of a secondary joint velocity that is orthogonal to the k longest rows of an orthogonal J."""
     P, order = len(width), stack(0.0, ONE, W8)
     rest = further(J, m * P)
     order_of(squares, order, m, 0, 1)

@@ -16,12 +16,12 @@ from robust_ik.kernels.step import step_layout as slots
 from robust_ik.kernels.step.step_layout import DONE, NOT_FINITE, OFF_CIRCLE
 
 CIRCLE = 2e-6
-"""How far cos² + sin² may be from 1. Twice `robot.joint_map.UNIT_CIRCLE_TOLERANCE`, since it is squared."""
+"""Largest difference of cos² + sin² from 1. Twice `robot.joint_map.UNIT_CIRCLE_TOLERANCE`, since it is squared."""
 
 
 @inlined
 def check(program: Pointer, q: Pointer, twist: Pointer) -> int:
-    """Whether a step can be made from these."""
+    """A status: DONE if q and twist are finite and every cosine and sine is of length 1."""
     chain = further(program, int(program[slots.CHAIN]))
     total = 0.0
     for i in range(int(chain[CONFIGURATION])):
@@ -44,7 +44,7 @@ def check(program: Pointer, q: Pointer, twist: Pointer) -> int:
 def task(
     program: Pointer, q: Pointer, twist: Pointer, count: int, J: Pointer, x: Pointer, width: Sizes, zero: Number
 ) -> None:
-    """J and ẋ of some steps, in the task rows and scaled by the weights: m rows of `width`, and m numbers."""
+    """Fills J and ẋ of `count` steps, in the task rows and scaled by the weights: m rows of `width`, and m numbers."""
     P, L, m = len(width), lanes_of(zero), int(program[slots.ROWS])
     chain = further(program, int(program[slots.CHAIN]))
     axes, end = stack(zero, MOST_JOINTS, SIX), stack(zero, ONE, TWELVE)
@@ -67,7 +67,7 @@ def task(
 
 @inlined
 def choose_rows(program: Pointer, J: Pointer, m: int, width: Sizes, zero: Number) -> None:
-    """The m wanted rows of the six in J, in the wanted order."""
+    """Replaces the six rows of J by the m wanted ones, in the wanted order."""
     P, all_rows, as_they_are = len(width), stack(zero, W8, width), True
     for r in range(m):
         as_they_are &= int(program[slots.ROW + r]) == r
@@ -83,7 +83,7 @@ def choose_rows(program: Pointer, J: Pointer, m: int, width: Sizes, zero: Number
 
 @called
 def scale_rows(factor: Pointer, m: int, J: Pointer, width: int, zero: Number) -> None:
-    """J = factor · J, of m rows."""
+    """Replaces J, of m rows, by factor · J."""
     room = stack(zero, ONE, W16)
     for c in range(width):
         for i in range(m):
@@ -97,7 +97,7 @@ def scale_rows(factor: Pointer, m: int, J: Pointer, width: int, zero: Number) ->
 
 @called
 def scale_columns(factor: Pointer, n: int, J: Pointer, m: int, width: int, zero: Number) -> None:
-    """J = J · factor, of n columns and m rows."""
+    """Replaces J, of n columns and m rows, by J · factor."""
     room = stack(zero, ONE, W16)
     for r in range(m):
         for i in range(n):

@@ -1,4 +1,4 @@
-"""Motions to run: each says the robot, where it starts, the path and the gains."""
+"""Scenarios: motions to run, with robot, start, path and gains."""
 
 from robust_ik.simulation.scenarios.catalogue import load_scenario, scenarios
 from robust_ik.simulation.scenarios.going_round import with_reach

@@ -1,4 +1,4 @@
-"""Scenarios that come with the package, by name: TOML files, and motions that are worked out."""
+"""Scenarios that come with the package, by name: TOML files, and computed motions."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def load_scenario(scenario: str | Path) -> Scenario:
     Raises:
         RobotNotFoundError: There is no such name or file.
         LoadError: The file is no TOML, or its robot cannot be loaded.
-        InputError: A key is unknown or missing, or a value cannot be meant.
+        InputError: A key is unknown or missing, or a value is not valid.
     """
     name = str(scenario)
     if name in scenarios():

@@ -1,4 +1,4 @@
-"""A scenario whose tip goes round where the straight way ends, in place of a plain servo."""
+"""A scenario with `Reach` instead of a plain servo, so that its tip goes round where the straight way ends."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ Given = TypeVar("Given", Scenario, Stretch)
 
 
 def with_reach(scenario: Given) -> Given:
-    """The same scenario with `Reach` in the place of the `FrameTask` that keeps its tip on the path.
+    """The same scenario with `Reach` instead of the `FrameTask` that keeps its tip on the path.
 
     Raises:
-        InputError: Its motion is no path that a tip follows.
+        InputError: Its motion is not a path that a tip follows.
     """
     if isinstance(scenario, Stretch):
         return replace(scenario, task=Reach)

@@ -1,4 +1,4 @@
-"""Inverses, resolvers and limiters from plain tables: {type = "JParse", gamma = 0.1}. Nothing else can be made."""
+"""Makes inverses, resolvers and limiters, and nothing else, from plain tables: {type = "JParse", gamma = 0.1}."""
 
 from __future__ import annotations
 
@@ -43,11 +43,11 @@ def method(data: object, where: str) -> Resolver | RobustInverse:
     """An inverse or a resolver from a table with its type and parameters.
 
     Args:
-        data: {"type": "JParse", "gamma": 0.1}; parameters that are tables with a type are made likewise.
-        where: What to call it in messages.
+        data: {"type": "JParse", "gamma": 0.1}; a parameter that is a table with a type is made in the same way.
+        where: Its name in messages.
 
     Raises:
-        InputError: There is no such type or parameter, or a value cannot be meant.
+        InputError: There is no such type or parameter, or a value is not valid.
     """
     made = _made(data, where)
     if not isinstance(made, (Resolver, RobustInverse)):

@@ -1,4 +1,4 @@
-"""A path followed point by point: every point is iterated for, instead of time going on. No simulation."""
+"""Follows a path point by point: iterates to each point in turn, without time. No simulation."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ def reach_points(
     tolerance: float = 1e-9,
     max_iterations: int = 2000,
 ) -> tuple[NewtonResult, ...]:
-    """Newton's iteration to each of several points of a scenario's path, each from where the one before it ended.
+    """Newton's iteration to several points of a scenario's path, each from the end of the one before.
 
-    Gain, caps, feed-forward, limits, lower levels and time step of the scenario are left aside. A simulation of the
+    Gain, caps, feed-forward, limits, lower levels and time step of the scenario are ignored. A simulation of the
     scenario does the same with *one* iteration for each time step, ξ = gain · dt.
 
     Args:
-        scenario: Its motion must be a `Follow`, as it is when read from a file.
-        method: An inverse, or the label of one of the scenario's.
-        times: When the path is at the points, s.
+        scenario: The scenario; its motion must be a `Follow`, as in scenarios read from files.
+        method: An inverse, or the label of one in the scenario.
+        times: Times of the points on the path, s.
         step: ξ in (0, 1].
         tolerance: δ > 0, in the units of the task.
         max_iterations: Cap for each point.
@@ -43,7 +43,7 @@ def reach_points(
         A result for each point.
 
     Raises:
-        InputError: The scenario follows no path, the method is no inverse, or another argument cannot be meant.
+        InputError: The scenario follows no path, the method is no inverse, or another argument is not valid.
 
     Source: Duleba 2023, eq. (3) and section 5.
     """
@@ -66,7 +66,7 @@ def reach_points(
 
 
 def _functions(task: Task, robot: Robot) -> tuple[Function, Function, Function]:
-    """Minus the task's error, which is to become zero, and its first and second derivative, each by q."""
+    """Minus the task's error, and its first and second derivatives, as functions of q."""
 
     def error(q: Array) -> Array:
         return -task.equation(robot, q).error

@@ -1,4 +1,4 @@
-"""Scenarios from TOML files: data, nothing that could run."""
+"""Reads scenarios from TOML files, which are data only: nothing in them is run."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from robust_ik.simulation.scenarios.method_tables import method
 from robust_ik.simulation.scenarios.target_tables import Table, target
 
 LARGEST_FILE = 1_000_000
-"""Bytes of a file that is read. Chosen: three hundred times the largest of ours (3 kB)."""
+"""Most bytes of a file. Chosen: three hundred times the largest of ours (3 kB)."""
 
 
 def read_scenario(path: str | Path) -> Scenario:
@@ -31,7 +31,7 @@ def read_scenario(path: str | Path) -> Scenario:
     ```toml
     title = "Out of reach and back"
     source = "where it is from"           # may be left out, as may what follows
-    note = "what stands in for what is not known"
+    note = "what was chosen for missing information"
     angles = "deg"                        # or "rad", the default: all angles below
 
     [robot]
@@ -70,8 +70,8 @@ def read_scenario(path: str | Path) -> Scenario:
     "J-PARSE, from limits" = { type = "JParse.from_limits", speed_limit = 1.0, task_speed = 0.2 }
     ```
 
-    With `kind = "twists"` the tip has no target but commands: `samples = [[0, 0.1, 0, 0, 0, 0, 0], …]`, lines of
-    seconds and a twist (linear in m/s, angular in rad/s always), a `Replay`; then [control] has no gain.
+    With `kind = "twists"` the tip has no target but commands, a `Replay`: `samples = [[0, 0.1, 0, 0, 0, 0, 0], …]`,
+    rows of a time in seconds and a twist (linear in m/s, angular always in rad/s); then [control] has no gain.
 
     Args:
         path: The file; its stem is the scenario's name.
@@ -79,7 +79,7 @@ def read_scenario(path: str | Path) -> Scenario:
     Raises:
         RobotNotFoundError: There is no such file, or no such robot.
         LoadError: It is no TOML, or the robot cannot be loaded.
-        InputError: A key is unknown or missing, or a value cannot be meant.
+        InputError: A key is unknown or missing, or a value is not valid.
     """
     full, content = read_file(path, LARGEST_FILE)
     try:
@@ -120,7 +120,7 @@ def _scenario(path: Path, table: Table) -> Scenario:
 
 
 def _motion(way: Any, control: Table, below: Stack) -> Follow | Replay:
-    """The way, followed by feedback; recorded twists need none."""
+    """The path, followed by feedback, or recorded twists, which need none."""
     if isinstance(way, Replay):
         return replace(way, below=below)
     return Follow(
@@ -177,7 +177,7 @@ def _joints(robot: Robot, table: Table, unit: float) -> Array:
 
 
 def _below(robot: Robot, table: Table, start: Array, unit: float) -> list[list[Task]]:
-    """The levels below the path, those that there are."""
+    """The levels below the path, if any."""
     levels: list[list[Task]] = []
     if table.get("orientation") is not None:
         levels.append([_orientation(Table(table.get("orientation"), "orientation", unit=unit), start)])

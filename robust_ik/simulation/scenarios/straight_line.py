@@ -1,7 +1,7 @@
-"""A UR5's tool on a straight line through a singularity, and how far its motion is turned from what was asked.
+"""A UR5's tool on a straight line through a singularity, and the angle between its motion and the motion asked for.
 
-Speed limits can be met by slowing the whole motion or by letting some joints lag: the latter turns the tool's motion
-where nothing forces it to.
+Speed limits can be met by slowing the whole motion, or by letting some joints lag; lagging joints turn the tool's
+motion although nothing forces it.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ GAIN, DT = 5.0, 0.01
 
 @dataclass(frozen=True, eq=False)
 class Asked:
-    """One step: where the robot is, what its tool was asked for, and what came of it.
+    """One step: configuration, twist asked for, and resolution.
 
     Attributes:
         q: Configuration, (nq,).
-        J: Jacobian there, (6, n).
-        twist: What was asked for, (6,).
-        resolution: What the resolver gave.
+        J: Its Jacobian, (6, n).
+        twist: Twist asked for, (6,).
+        resolution: The result of the resolver.
     """
 
     q: Array
@@ -44,13 +44,13 @@ class Asked:
 
 @dataclass(frozen=True, eq=False)
 class StraightLine:
-    """The motion; `steps(resolver)` goes along it.
+    """The motion; `steps(resolver)` runs it.
 
     Attributes:
         robot: The robot.
-        q0: Where it starts, (nq,).
+        q0: Start configuration, (nq,).
         path: The line.
-        gamma: Directions with σ ≤ γσ₁ are those being lost; the γ to give the robust inverse.
+        gamma: Directions with σ ≤ γσ₁ count as being lost; use the same γ for the robust inverse.
     """
 
     robot: Robot
@@ -92,11 +92,11 @@ def ur5_wrist() -> StraightLine:
 
 
 def turned(J: ArrayLike, twist: ArrayLike, qdot: ArrayLike, gamma: float) -> float:
-    """The angle between what was asked for and what J q̇ gives, in the directions that are not being lost, rad.
+    """The angle between the twist asked for and J q̇, in the directions that are not being lost, rad.
 
     Args:
         J: (6, n).
-        twist: What was asked for, (6,).
+        twist: Twist asked for, (6,).
         qdot: Joint velocities, (n,).
         gamma: Directions with σ ≤ γσ₁ are left out.
     """
@@ -109,5 +109,5 @@ def turned(J: ArrayLike, twist: ArrayLike, qdot: ArrayLike, gamma: float) -> flo
     if min(lengths) < 1e-12:
         return 0.0
     asked, given = asked / lengths[0], given / lengths[1]
-    # Right for small angles too, unlike the arc cosine.
+    # Accurate for small angles too, unlike the arc cosine.
     return float(2 * np.arctan2(np.linalg.norm(asked - given), np.linalg.norm(asked + given)))

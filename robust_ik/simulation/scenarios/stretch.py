@@ -1,4 +1,4 @@
-"""Reach for a point out of reach, and come back: the motion of the demo, for any arm."""
+"""The motion of the demo, for any arm: it reaches for a point out of reach and comes back."""
 
 from __future__ import annotations
 
@@ -22,40 +22,43 @@ from robust_ik.simulation.simulator import simulate
 from robust_ik.simulation.trajectory import Trajectory
 
 BEYOND = 1.1
-"""How far the target goes, in reaches. Chosen: out of reach even where the reach that was found is too short."""
+"""Distance of the target, in reaches. Chosen: out of reach even if the reach that was found is too short."""
 PULL = 0.3
 """Cap on the position error, in reaches. Chosen: a larger one pulls harder at the arm while it is stretched."""
 LEAST_REACH = 1e-9
-"""m; a tip that moves less does not move: rounding."""
+"""Reach, m, up to which a tip counts as not moving: it is rounding."""
 _SAMPLES = 400
-"""Configurations that a start is chosen from. Chosen: more find a better one, and take longer."""
+"""Configurations from which a start is chosen. Chosen: more find a better one, but take longer."""
 _ROW_SAMPLES = 20
-"""Configurations that tell whether rows can be moved in. Full rank anywhere means full rank nearly everywhere."""
+"""Configurations that show whether the tip can move in the rows.
+
+Full rank anywhere means full rank nearly everywhere.
+"""
 _WELL_CONDITIONED = 0.02
-"""σ over the largest one, above which a start is good. Chosen: twice what the demo's page calls singular."""
+"""Least σ over the largest one at a good start. Chosen: twice what the demo's page calls singular."""
 _HALF_STRETCHED = 0.8
-"""Part of the reach below which a start is good. Chosen: the way out must be long enough to be seen."""
+"""Largest fraction of the reach at a good start. Chosen: the way out must be long enough to be seen."""
 
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
     """A motion to run with any inverse.
 
-    Position and speed limits are not kept: they would hide what an inverse does. Joints that slide stand still, so that
-    none follows the target for a kilometre; where nothing else moves the tip about, they keep within their limits. The
-    reach is the one that this leaves.
+    Position and speed limits are not kept, since they would hide what an inverse does. Sliding joints are locked, so
+    that none follows the target for a kilometre; if no other joint moves the tip's position, they move within their
+    limits. The reach is that of the joints that move.
 
     Attributes:
-        robot: The robot, with the task rows that it can fulfil, the joints that move and the limits that are kept.
-        q0: Configuration to start from, (nq,).
-        path: Where the target is.
+        robot: The robot, with the task rows in which it can move, the joints that move and the limits that are kept.
+        q0: Start configuration, (nq,).
+        path: The path of the target.
         reach: The arm's reach within those limits, which the path exceeds.
-        max_linear: Cap on the position error, m, so that a far target asks for no more than a steady pull.
+        max_linear: Cap on the position error, m, so that a far target asks for a constant speed.
         gain: Proportional gain, 1/s.
         max_angular: Cap on the rotation error, rad.
         dt: Time step, s.
-        locked: Joints that slide and stand still.
-        task: What keeps the tip on the path: `FrameTask`, or `Reach`, which goes round where the straight way ends.
+        locked: Sliding joints that are locked.
+        task: The class of the task that keeps the tip on the path: `FrameTask`, or `Reach`, which goes round.
     """
 
     robot: Robot
@@ -81,20 +84,20 @@ class Stretch:
 
     @property
     def limits(self) -> tuple[JointLimits, ...]:
-        """What the runs keep: the limits of joints that slide."""
+        """The limits that runs keep: those of sliding joints."""
         return (JointLimits.of(self.robot, velocity=np.inf),) if _slides(self.robot).any() else ()
 
 
 def stretch(robot: Robot, *, travel: float = 5.0, pause: float = 1.0, settle: float = 6.0) -> Stretch:
     """A straight line from a good configuration, away from the shoulder to 1.1 times the reach, and back.
 
-    Where the arm cannot move in all its task rows, those that it can are used: positions first.
+    If the arm cannot move in all its task rows, those in which it can are used, positions first.
 
     Args:
         robot: The robot; it must have a tip.
-        travel: Seconds for one way.
-        pause: Seconds at the far end. An exactly straight arm leaves its singularity the later the longer it stayed.
-        settle: Seconds at the start again.
+        travel: Time for one way, s.
+        pause: Pause at the far end, s. The longer an exactly straight arm stays, the later it leaves its singularity.
+        settle: Pause at the start after the return, s.
     """
     if robot.tip is None:
         raise TipError(f"{robot.name} was loaded whole, without a tip: load it with tip=")
@@ -117,9 +120,9 @@ def _slides(robot: Robot) -> NDArray[np.bool_]:
 
 
 def _with_slides_locked(robot: Robot, rng: np.random.Generator) -> tuple[Robot, tuple[str, ...]]:
-    """The robot with the joints that slide locked, and their names; as it is where they are what moves the tip.
+    """The robot with its sliding joints locked, and their names; unchanged if the tip's position needs them.
 
-    A slide that turning joints follow, a lead screw's, is not locked.
+    A slide that turning joints follow, as with a lead screw, is not locked.
     """
     description = robot.description
     turning = {
@@ -134,7 +137,7 @@ def _with_slides_locked(robot: Robot, rng: np.random.Generator) -> tuple[Robot, 
 
 
 def _with_locked(robot: Robot, locked: tuple[str, ...]) -> Robot:
-    """The robot with these joints fixed where they are at rest; the others keep their limits and their rest."""
+    """The robot with these joints fixed at their rest values; the others keep their limits and their rest."""
     values = dict(zip(robot.joint_names, robot.joint_values(robot.rest)))
     description = lock_slides(robot.description, {name: float(values[name]) for name in locked})
     rest_of_it = Robot.from_description(description, robot.tip, rows=robot.rows)
@@ -145,19 +148,19 @@ def _with_locked(robot: Robot, locked: tuple[str, ...]) -> Robot:
 
 
 def _without_turning_limits(robot: Robot) -> Robot:
-    """The robot without the limits that the run does not keep; slides have theirs."""
+    """The robot without the limits that the run ignores; slides keep theirs."""
     slides = _slides(robot)
     return replace(robot, lower=np.where(slides, robot.lower, -np.inf), upper=np.where(slides, robot.upper, np.inf))
 
 
 def _outwards(away: Array) -> Array:
-    """The unit direction of `away`, x where there is none."""
+    """The unit vector along `away`, or x if `away` is zero."""
     length = float(np.linalg.norm(away))
     return away / length if length > LEAST_REACH else np.array([1.0, 0.0, 0.0])
 
 
 def feasible_rows(robot: Robot, rng: np.random.Generator) -> tuple[str, ...]:
-    """The robot's task rows if its Jacobian has full rank somewhere, else those of them in which it has."""
+    """The robot's task rows if its Jacobian has full rank in them somewhere, else fewer rows in which it has."""
     samples = robot.random(rng, _ROW_SAMPLES)
 
     def deficient(rows: tuple[str, ...]) -> bool:
@@ -167,7 +170,7 @@ def feasible_rows(robot: Robot, rng: np.random.Generator) -> tuple[str, ...]:
 
 
 def _start(robot: Robot, reach: ArmReach, rng: np.random.Generator) -> Array:
-    """The robot's rest if it is well-conditioned and not stretched, else the best of many half-stretched samples."""
+    """The robot's rest if it is well conditioned and not stretched, else the best of many half-stretched samples."""
     rested = float(_conditioning(robot, robot.rest)) > _WELL_CONDITIONED
     if rested and np.any(robot.joint_values(robot.rest)) and _stretched(robot, reach, robot.rest) < _HALF_STRETCHED:
         return robot.rest
@@ -177,7 +180,7 @@ def _start(robot: Robot, reach: ArmReach, rng: np.random.Generator) -> Array:
 
 
 def _stretched(robot: Robot, reach: ArmReach, q: Array) -> Array:
-    """Distance of the tip from the shoulder as a share of the reach."""
+    """Distance of the tip from the shoulder as a fraction of the reach."""
     return np.asarray(np.linalg.norm(robot.pose(q)[..., :3, 3] - reach.center, axis=-1) / reach.distance)
 
 

@@ -1,4 +1,4 @@
-"""Targets from plain tables: which path, from where, how fast."""
+"""Makes targets from plain tables: kind of path, start, speed."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ Maker = Callable[["Table"], Any]
 
 
 class Table:
-    """A table that is read key by key, and says what it has too much or too little."""
+    """A table that is read key by key; it reports missing keys and keys that were not read."""
 
     def __init__(self, data: object, where: str, *, start: Array | None = None, unit: float = 1.0) -> None:
         """A table.
 
         Args:
-            data: What stands there.
-            where: What to call it in messages.
+            data: The table's data.
+            where: Its name in messages.
             start: The tip's pose at the start, (4, 4).
-            unit: What angles are multiplied by to be in rad.
+            unit: Factor from the table's angles to rad.
         """
         if not isinstance(data, dict):
             raise InputError(f"{where} must be a table, got {data!r}")
@@ -32,27 +32,27 @@ class Table:
         self.read: set[str] = set()
 
     def get(self, key: str, default: Any = None) -> Any:
-        """What stands there, or the default."""
+        """The value of a key, or the default."""
         self.read.add(key)
         return self.data.get(key, default)
 
     def need(self, key: str) -> Any:
-        """What stands there.
+        """The value of a key.
 
         Raises:
-            InputError: Nothing does.
+            InputError: The key is missing.
         """
         if key not in self.data:
             raise InputError(f"{self.where} needs {key!r}; it has: {listed(list(self.data))}")
         return self.get(key)
 
     def number(self, key: str, default: float | None = None) -> float:
-        """A positive number."""
+        """A positive number, or the default."""
         value = self.need(key) if default is None else self.get(key, default)
         return checked_parameter(f"{self.where}.{key}", value, above=0)
 
     def array(self, key: str, shape: tuple[int | None, ...]) -> Array:
-        """Numbers of a shape."""
+        """Numbers of this shape."""
         return as_array(self.need(key), f"{self.where}.{key}", shape)
 
     def angles(self, key: str, default: tuple[float, ...]) -> Array:
@@ -60,10 +60,10 @@ class Table:
         return as_array(self.get(key, default), f"{self.where}.{key}", (3,)) * self.unit
 
     def done(self) -> None:
-        """Refuses what was not read.
+        """Raises if some keys were not read.
 
         Raises:
-            InputError: Something was not.
+            InputError: There are such keys.
         """
         for key in self.data:
             if key not in self.read:
@@ -71,7 +71,7 @@ class Table:
 
     @property
     def begin(self) -> Array:
-        """The pose that a path begins at: the tip's at the start of the run, or the one that is given."""
+        """The start pose of a path: the one that is given, else the tip's at the start of the run."""
         if "position" in self.data:
             return pose(self.array("position", (3,)), self.angles("rpy", (0.0, 0.0, 0.0)))
         if self.start is None:
@@ -80,16 +80,16 @@ class Table:
 
 
 def target(data: object, where: str, start: Array, unit: float) -> Any:
-    """A path from a table with its kind: keypoints, line, arc, sinusoid, hold; of kind twists, a `Replay`.
+    """A path from a table with its kind: keypoints, line, arc, sinusoid, hold; for the kind twists a `Replay`.
 
     Args:
         data: The table.
-        where: What to call it in messages.
-        start: The tip's pose at the start, (4, 4), where paths begin that say no other position.
-        unit: What angles are multiplied by to be in rad.
+        where: Its name in messages.
+        start: The tip's pose at the start, (4, 4), where paths begin unless the table gives another position.
+        unit: Factor from the table's angles to rad.
 
     Raises:
-        InputError: There is no such kind, or a value is missing, unknown or cannot be meant.
+        InputError: There is no such kind, or a value is missing, unknown or not valid.
     """
     table = Table(data, where, start=start, unit=unit)
     kind = table.need("kind")
@@ -125,7 +125,7 @@ def _arc(table: Table) -> Line | Circle | Turning:
 
 
 def _turning(table: Table, path: Line | Circle) -> Line | Circle | Turning:
-    """The path, turning to another orientation if one is given."""
+    """The path, with a turn to another orientation if one is given."""
     if table.get("to_rpy") is None:
         return path
     return Turning(path, pose((0, 0, 0), table.angles("to_rpy", (0.0, 0.0, 0.0)))[:3, :3])
@@ -136,7 +136,7 @@ def _sinusoid(table: Table) -> Sinusoid:
 
 
 def _twists(table: Table) -> Replay:
-    """Lines of a recording: seconds, then a twist."""
+    """The rows of a recording: seconds, then a twist."""
     samples = table.array("samples", (None, 7))
     if samples.ndim != 2:
         raise InputError(f"samples must be lines of seconds and a twist, (k, 7), got shape {samples.shape}")

@@ -1,4 +1,4 @@
-"""The word for what became of a paper's claim: it follows from what the numbers say of it, and nobody types it."""
+"""The verdict on a paper's claim, as a word that follows from the numbers and is never typed by hand."""
 
 from __future__ import annotations
 
@@ -8,21 +8,21 @@ HOLDS, IN_KIND, WRONG, OPEN = "holds", "holds in kind", "wrong", "open"
 
 
 def verdict(outcomes: bool | Iterable[bool | None] | None, *, stands_in: bool = False, cut: bool = False) -> str:
-    """What became of a claim.
+    """The verdict on a claim.
 
     ======================  =====================  ==================
-    what the claim says     nothing stands in      something does
+    the claim               nothing stands in      something does
     ======================  =====================  ==================
-    is so                   holds                  holds in kind
-    is not so               wrong                  open
+    is true                 holds                  holds in kind
+    is false                wrong                  open
     in some readings only   open                   open
     ======================  =====================  ==================
 
     Args:
-        outcomes: Whether the numbers are as the claim says; one outcome for each reading, where the text can be read
-            in several ways. None says that the numbers do not decide.
-        stands_in: Robot, path or settings are ours, as the paper does not tell them.
-        cut: Our copy of the paper lacks what the claim says.
+        outcomes: Whether the numbers agree with the claim; one outcome for each reading, if the text can be read in
+            several ways. None if the numbers do not decide.
+        stands_in: Whether robot, path or settings are ours because the paper does not give them.
+        cut: Whether our copy of the paper lacks the text of the claim.
 
     Raises:
         ValueError: There is no outcome.

@@ -1,4 +1,4 @@
-"""SingularityAtlas: what a search found, with its tables, its file, and the way to search on."""
+"""SingularityAtlas: the result of a search, with its tables, its file, and a way to continue the search."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class SingularityAtlas(AtlasRecord):
-    """Strata by corank. Iterating gives them, `str` a table.
+    """The strata of an arm by corank; iterate over it for the strata, `str` gives a table.
 
     Attributes:
-        robot: What it is an atlas of.
+        robot: Facts of the robot.
         strata: Rows, coranks ascending, large dimensions first.
-        evidence: What is known of each corank that was looked for.
-        settings: How the search was made.
+        evidence: Evidence for the completeness of each corank.
+        settings: Settings of the search.
         interrupted: Whether it was stopped before it was done.
-        certificate: The proofs that were tried, checked where they closed; None if none was asked for.
+        certificate: The proofs that were tried, checked if complete; None if none was asked for.
     """
 
     def __str__(self) -> str:
@@ -37,23 +37,23 @@ class SingularityAtlas(AtlasRecord):
     def extended(
         self, starts: int, *, executor: Executor | None = None, progress: Told | None = None
     ) -> SingularityAtlas:
-        """The atlas after so many more starts for each corank, its rows kept and new ones added.
+        """The atlas after further starts for each corank; its rows are kept and new ones added.
 
         Args:
-            starts: How many.
-            executor: Who searches, as for `find_singularities`.
+            starts: Number of further starts for each corank.
+            executor: An executor for the pieces, as for `find_singularities`.
             progress: Called with (steps done, steps in all).
         """
         return atlas_of(extend(self, starts, executor, progress))
 
     @checked
     def save(self, path: str | Path) -> Path:
-        """Writes it as JSON."""
+        """Writes the atlas as JSON."""
         return save(self, path)
 
     @staticmethod
     def load(path: str | Path) -> SingularityAtlas:
-        """Reads it back.
+        """Reads an atlas from JSON.
 
         Raises:
             LoadError: The file is no atlas, or of another version.
@@ -61,19 +61,19 @@ class SingularityAtlas(AtlasRecord):
         return atlas_of(load(path))
 
     def table(self) -> Table:
-        """For a terminal, by rich."""
+        """The atlas as a table for a terminal, by rich."""
         return atlas_tables.rich_table(self)
 
     def markdown(self) -> str:
-        """As a Markdown table with the explanation below."""
+        """The atlas as a Markdown table with the explanation below."""
         return atlas_tables.markdown(self)
 
     def latex(self) -> str:
-        """As a LaTeX table."""
+        """The atlas as a LaTeX table."""
         return atlas_tables.latex(self)
 
     def to_pandas(self) -> Any:
-        """As a data frame, one row per stratum; pandas must be installed."""
+        """The atlas as a data frame, one row per stratum; pandas must be installed."""
         return atlas_tables.to_pandas(self)
 
     def records(self) -> list[dict[str, Any]]:
@@ -82,7 +82,7 @@ class SingularityAtlas(AtlasRecord):
 
 
 def atlas_of(record: AtlasRecord) -> SingularityAtlas:
-    """The atlas of what a search or a file gave."""
+    """The atlas for the record of a search or a file."""
     return SingularityAtlas(
         record.robot, record.strata, record.evidence, record.settings, record.interrupted, record.certificate
     )

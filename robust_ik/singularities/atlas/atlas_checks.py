@@ -1,4 +1,4 @@
-"""An atlas that was read from a file, held against its own geometry: nothing of it is believed that can be checked."""
+"""Checks an atlas read from a file against its own geometry: nothing that can be checked is taken from the file."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ KINDS: dict[object, tuple[type, ...]] = {
     "int": (int,), "int | None": (int, type(None)), "float": (int, float), "bool": (bool,), "str": (str,),
 }  # fmt: skip
 UNBOUNDED = ("margin", "lower", "upper")
-"""What may be infinite."""
+"""Values that may be infinite."""
 LARGEST = 1e18
-"""Of lengths and joint values: what a URDF file may have as a limit, and far below what overflows."""
+"""Largest length or joint value: as large as a limit in a URDF may be, and far below overflow."""
 
 
 def reread(atlas: AtlasRecord) -> AtlasRecord:
-    """The atlas with the words that its conditions have.
+    """The atlas, checked, with its words made anew from its conditions.
 
     Raises:
-        LoadError: A value is of another type or size than it can have, the proofs are about another arm than the rows,
-            or a row is not singular.
+        LoadError: A value is not of its type or size, the proofs are about another arm than the rows, or a row is not
+            singular.
     """
     _check_robot(atlas.robot)
     records: list[Settings | Evidence | Stratum] = [atlas.settings, *atlas.evidence, *atlas.strata]
@@ -58,7 +58,7 @@ def reread(atlas: AtlasRecord) -> AtlasRecord:
 
 
 def _check_values(record: Settings | Evidence | Stratum) -> None:
-    """Whether numbers and words are such, counts not negative, and nothing infinite that cannot be so."""
+    """Checks that numbers and words have their types, counts are not negative, and only UNBOUNDED ones infinite."""
     for each in fields(record):
         value, kinds = getattr(record, each.name), KINDS.get(each.type)
         if kinds is None:
@@ -72,7 +72,7 @@ def _check_values(record: Settings | Evidence | Stratum) -> None:
 
 
 def _check_robot(facts: RobotFacts) -> None:
-    """Whether names are text, arrays have a number for each joint, and the exact arm is the one that was analysed."""
+    """Checks that names are text, arrays have a number for each joint, and the exact arm is the analysed one."""
     names = (facts.name, facts.tip, facts.inexact, *facts.chain.joint_names, *facts.symbols)
     if not all(isinstance(name, str) for name in names):
         raise LoadError("a name is no text")
@@ -111,7 +111,7 @@ def _check_chain(chain: ScrewChain) -> None:
 
 
 def _check_row(chain: ScrewChain, row: Stratum) -> None:
-    """Whether its conditions are about the chain's joints and leave its dimension, and its members are singular."""
+    """Checks that its conditions are about the chain's joints and leave its dimension, and its members are singular."""
     for angle in (*(each.angle for each in row.conditions), *(a for each in row.relations for a in each.angles)):
         _check_angle(chain, angle)
     for relation in row.relations:
@@ -126,14 +126,14 @@ def _check_row(chain: ScrewChain, row: Stratum) -> None:
     if not (_usual(row.samples) and all(_usual(each.values) for each in row.conditions)):
         raise LoadError(f"joint values of a row of corank {row.corank} must be finite numbers of at most {LARGEST:g}")
     rng, chain = np.random.default_rng(0), replace(chain, length_scale=1.0)
-    with np.errstate(over="ignore", invalid="ignore"):  # of relations that are none
+    with np.errstate(over="ignore", invalid="ignore"):  # of relations that are not valid
         members = np.concatenate([row.samples, *(leaf.filled(chain, rng) for leaf in row.leaves)])
     if not (_usual(members) and is_singular(chain, members, row.corank).all()):
         raise LoadError(f"members of a row of corank {row.corank} are not singular")
 
 
 def _usual(values: ArrayLike) -> bool:
-    """Whether all are finite and none is enormous."""
+    """Whether all values are finite and none is larger than LARGEST."""
     return bool((np.abs(np.asarray(values, dtype=float)) <= LARGEST).all())
 
 
@@ -155,7 +155,7 @@ def _check_relation(relation: Relation) -> None:
 
 
 def _in_words(facts: RobotFacts, row: Stratum) -> Stratum:
-    """The row with the words of its conditions, whatever words the file has."""
+    """The row with words made from its conditions; the words of the file are ignored."""
     conditions = (replace(c, words=condition(c.angle, c.values, facts.symbols)) for c in row.conditions)
     equations = tuple(equation(relation, facts.symbols) for relation in row.relations)
     return replace(row, conditions=tuple(conditions), equations=equations)

@@ -1,4 +1,4 @@
-"""Atlases as JSON: plain numbers and words, one version number, nothing that could run."""
+"""Writes and reads atlases as JSON: plain numbers and words, one version number, nothing that could be run."""
 
 from __future__ import annotations
 
@@ -30,19 +30,19 @@ from robust_ik.singularities.lost_motion.along_a_stratum import lost_along
 
 FORMAT, VERSION = "robust_ik singularity atlas", 2
 LARGEST_FILE = 64_000_000
-"""Bytes of a file that is read. Chosen: the Panda's atlas with its proofs has 4 MB; this is small beside memory."""
+"""Most bytes of a file. Chosen: the Panda's atlas with its proofs has 4 MB; this is small beside memory."""
 BROKEN = (ValueError, KeyError, TypeError, AttributeError, IndexError, ArithmeticError, RecursionError, RobustIKError)
-"""What reading a file comes to whose values are not those of an atlas."""
+"""Exceptions from reading a file whose values are not those of an atlas."""
 CHAIN_ARRAYS = ("rotations", "offsets", "tip", "mixing", "lower", "upper", "period")
 
 
 def save(atlas: AtlasRecord, path: str | Path) -> Path:
-    """Writes an atlas; what is lost is written as words, and worked out again when it is read."""
+    """Writes an atlas; lost motion is written as words only, and computed again when the atlas is read."""
     return write_file(path, json.dumps(to_plain(atlas), ensure_ascii=False, allow_nan=False, indent=1) + "\n")
 
 
 def load(path: str | Path) -> AtlasRecord:
-    """Reads an atlas; what its proofs say is checked again, not taken from the file.
+    """Reads an atlas; its proofs are checked again, not trusted.
 
     Raises:
         RobotNotFoundError: There is no such file.
@@ -64,10 +64,10 @@ def load(path: str | Path) -> AtlasRecord:
 
 
 def certificate_in(path: Path, content: bytes) -> Certificate:
-    """The proofs in a file that `save`, `Certificate.save` or a single proof wrote; nothing of it is believed.
+    """The proofs in a file that `save` or `Certificate.save` wrote, or in one of a single proof; they are not trusted.
 
     Raises:
-        CertificateError: There is none in it.
+        CertificateError: There are none in it.
     """
     text = content.decode("utf-8", errors="replace")
     try:
@@ -81,7 +81,7 @@ def certificate_in(path: Path, content: bytes) -> Certificate:
 
 
 def to_plain(atlas: AtlasRecord) -> dict[str, Any]:
-    """The atlas in lists, dictionaries, numbers, words."""
+    """The atlas as lists, dictionaries, numbers and words."""
     facts = atlas.robot
     robot = {
         "name": facts.name,
@@ -112,7 +112,7 @@ def to_plain(atlas: AtlasRecord) -> dict[str, Any]:
 
 
 def from_plain(data: dict[str, Any]) -> AtlasRecord:
-    """The atlas that `to_plain` took apart."""
+    """The atlas from the result of `to_plain`."""
     robot = dict(data["robot"])
     chain = _read_chain(robot["chain"])
     facts = RobotFacts(
@@ -143,7 +143,7 @@ def from_plain(data: dict[str, Any]) -> AtlasRecord:
 
 
 def _numbers(array: Array) -> Any:
-    """Nested lists; None for what is infinite."""
+    """The array as nested lists, with None for infinite numbers."""
     plain = array.astype(object)
     plain[~np.isfinite(array)] = None
     return plain.tolist()

@@ -1,4 +1,4 @@
-"""What a search found: families of singular configurations, how sure it can be, and what can be asked of them."""
+"""The record of a search: families of singular configurations, how complete they are, and queries about them."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ if TYPE_CHECKING:
 
 
 class NoSingularitiesError(RobustIKError):
-    """An atlas that was asked to hold strata holds none."""
+    """The atlas holds no strata, or is not complete."""
 
 
 @dataclass(frozen=True)
 class Settings:
-    """How a search was made: with these and the package's version, the same atlas comes again.
+    """Settings of a search: with the same settings and version of the package, the atlas is the same.
 
     Attributes:
         corank: The only corank that was looked for, or None for all.
-        seed: Of every random number.
+        seed: Seed of all random numbers.
         starts: Random starts for each corank.
         tolerance: ‖r‖/σ₁ that counts as zero.
         method: "projection" or "gradient".
@@ -48,15 +48,15 @@ class Settings:
 
 @dataclass(frozen=True, eq=False)
 class AtlasRecord:
-    """Strata by corank, as values: what a search makes, and a file holds. Iterating gives them, `str` a table.
+    """The values of an atlas: strata by corank. Iterate over it for the strata; `str` gives a table.
 
     Attributes:
-        robot: What it is an atlas of.
+        robot: Facts of the robot.
         strata: Rows, coranks ascending, large dimensions first.
-        evidence: What is known of each corank that was looked for.
-        settings: How the search was made.
+        evidence: Evidence for the completeness of each corank.
+        settings: Settings of the search.
         interrupted: Whether it was stopped before it was done.
-        certificate: The proofs that were tried, checked where they closed; None if none was asked for.
+        certificate: The proofs that were tried, checked if complete; None if none was asked for.
     """
 
     robot: RobotFacts
@@ -84,7 +84,7 @@ class AtlasRecord:
 
     @property
     def explanation(self) -> str:
-        """What was analysed, what was found, and how sure that is, in sentences."""
+        """What was analysed, what was found, and how complete it is, in sentences."""
         facts, lines = self.robot, []
         if facts.reduced:
             lines.append(facts.reduced)
@@ -107,7 +107,7 @@ class AtlasRecord:
         return f"{families} in {pieces} {'piece' if pieces == 1 else 'pieces'}{rest}"
 
     def raise_for_status(self) -> Self:
-        """The atlas itself if it holds strata and is whole.
+        """The atlas itself if it holds strata and was not interrupted.
 
         Raises:
             NoSingularitiesError: It does not; the message explains.
@@ -118,7 +118,7 @@ class AtlasRecord:
 
     @checked
     def distance(self, q: ArrayLike) -> Nearest:
-        """The nearest singular configuration of a configuration q, (n,) or (nq,), limits left aside.
+        """The singular configuration nearest to q, (n,) or (nq,), without regard to limits.
 
         Raises:
             NoSingularitiesError: The atlas is empty.
@@ -127,24 +127,24 @@ class AtlasRecord:
 
     @checked
     def distances(self, q: ArrayLike) -> list[Nearest]:
-        """The nearest configuration of every stratum, the nearest stratum first."""
+        """For each stratum its configuration nearest to q, the nearest stratum first."""
         if not self.strata:
             raise NoSingularitiesError(f"{self.robot.name}: {self.explanation}")
         return nearest(self.robot.chain, self.strata, self.robot.values(q))
 
     @checked
     def curves(self, stratum: Stratum) -> tuple[Curve, ...]:
-        """What the coupled joints of one of its rows do: closed curves where they have one freedom, else points.
+        """The curves of the coupled joints of a row: closed curves if they have one degree of freedom, else points.
 
-        None where no joints are coupled.
+        They are empty if no joints are coupled.
         """
-        from robust_ik.singularities.trace.coupled_curves import trace  # knows atlases
+        from robust_ik.singularities.trace.coupled_curves import trace  # imports atlases
 
         return trace(self, stratum)
 
 
 def _straightening(facts: RobotFacts, strata: Sequence[Stratum]) -> str:
-    """What was changed before the analysis, and what that means."""
+    """The changes of the geometry before the analysis, and their consequences, in words."""
     changes = "; ".join(facts.changes)
     if facts.snapped:
         return f"nominal geometry, straightened as asked: {changes}"

@@ -21,7 +21,7 @@ HEADINGS = ("corank", "conditions", "dim", "pieces", "within limits", "margin", 
 NO_LIMITS = "no limits"
 TEX = {
     "π": r"\pi ", "∈": r"\in", "±": r"\pm ", "−": "-", "½": r"\tfrac12 ", "·": r"\cdot ", "σ": r"\sigma ",
-    "^": "^",  # a power; two of them would begin any letter that TeX knows by its number
+    "^": "^",  # a power; two of them would begin a character by its number in TeX
 }  # fmt: skip
 
 
@@ -56,7 +56,7 @@ def cells(row: Stratum) -> tuple[str, ...]:
 
 
 def rich_table(atlas: AtlasRecord) -> Table:
-    """For a terminal, also a narrow one: what is lost stands below the conditions."""
+    """A table for a terminal, also a narrow one: the lost motion stands below the conditions."""
     table = Table(
         title=plain(f"Singularities of {visible(atlas.robot.name)}"),
         caption=plain(atlas.explanation),
@@ -99,7 +99,7 @@ def _conditions(words: str) -> str:
 
 
 def _tex(text: str) -> str:
-    """Text with what LaTeX would read otherwise put in its words; formulas in mathematics."""
+    """Text with LaTeX's special characters replaced, and formulas in mathematics mode."""
     if text.startswith("≈ "):
         return rf"$\approx {text[2:]}$"
     escaped = in_latex(text.replace("^^", "^ ^"), TEX)

@@ -1,4 +1,4 @@
-"""The work on one corank: search, read, prove, hold out. Arrays only."""
+"""The search for one corank: random starts, leaves, a proof, a hold-out. Arrays only."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from robust_ik.singularities.families.leaf_survey import accounts, survey, uncov
 from robust_ik.singularities.find.points_found import Points
 
 PROBE = CHUNK
-"""Starts after which a corank that none led to counts as not there."""
+"""Starts after which a corank that none of them reached counts as not existing."""
 HOLDOUTS = 2
-"""A hold-out that met something new is used to extend the list, and another one made."""
+"""Most hold-outs: if one meets something new, the list is extended and another one is made."""
 
 
 def begin(work: SearchState, coranks: Sequence[int], starts: int) -> None:
-    """Does at once what the work on every corank begins with, if there is an executor.
+    """Starts the first pieces of all coranks at once, if there is an executor.
 
-    What it does of coranks that do not exist is in vain, but costs only time of workers that would be idle.
+    Pieces for coranks that do not exist are wasted, but only cost time of workers that would be idle.
     """
     if work.executor is not None:
         work.run_ahead([piece for corank in coranks for piece in _beginning(work, corank, starts)])
@@ -34,9 +34,9 @@ def _beginning(work: SearchState, corank: int, starts: int) -> list[Chunk | Proo
 
 
 def read_corank(work: SearchState, corank: int, starts: int) -> bool:
-    """Searches one corank, tries a proof and reads the leaves; whether there is one.
+    """Searches one corank, tries a proof and reads the leaves; False if there are none.
 
-    A proof that was made before is used again: it is about the arm, not about the list.
+    A proof that was made before is reused: it is about the arm, not about the list.
     """
     work.evidence[corank] = _add(work, corank, Evidence(corank, Completeness.INTERRUPTED, 0, 0, 0))
     parts, tried = work.run(_beginning(work, corank, starts))
@@ -48,7 +48,7 @@ def read_corank(work: SearchState, corank: int, starts: int) -> bool:
 
 
 def _read_points(work: SearchState, corank: int, starts: int, parts: list[Points]) -> bool:
-    """Reads leaves from the points of the first starts and of the others; whether there is one."""
+    """Reads leaves from the points of the first starts and then of the others; False if there are none."""
     if sum(len(part) for part in parts) == 0 and not work.of(corank):
         floor = min(float(part.floors.min(initial=1.0)) for part in parts)
         tried = sum(part.failed for part in parts) + work.evidence[corank].starts
@@ -70,7 +70,7 @@ def _read_points(work: SearchState, corank: int, starts: int, parts: list[Points
 
 
 def _add(work: SearchState, corank: int, new: Evidence) -> Evidence:
-    """The counts of earlier searches and of this one."""
+    """The sum of the counts of earlier searches and of this one."""
     old = work.evidence.get(corank)
     if old is None:
         return new
@@ -81,9 +81,9 @@ def _add(work: SearchState, corank: int, new: Evidence) -> Evidence:
 
 
 def hold_out(work: SearchState, coranks: Sequence[int], starts: int) -> None:
-    """Fresh starts against the frozen lists; what they meet that is not in them is read, and others are made.
+    """Tests the frozen lists with fresh starts; points that are not listed are read, and another hold-out is made.
 
-    Few, and only to hold them against it, where there is an accepted proof.
+    If there is an accepted proof, a few starts are enough, which only test the list.
     """
     fresh = {corank: _fresh(work, corank, starts) for corank in coranks}
     first, _ = work.run([chunk for corank in coranks for chunk in work.search(corank, fresh[corank], 10)])
@@ -97,7 +97,7 @@ def hold_out(work: SearchState, coranks: Sequence[int], starts: int) -> None:
 
 
 def _extended(work: SearchState, corank: int, points: Points, attempt: int) -> bool:
-    """Holds points against the list; whether it became longer and another hold-out is to be made."""
+    """Tests the list with points; True if it was extended, so that another hold-out is needed."""
     new = ~work.accounted(corank, points)
     work.evidence[corank] = replace(
         work.evidence[corank], status=Completeness.ESTIMATE, fresh=len(points) + points.failed, unmatched=int(new.sum())
@@ -117,11 +117,11 @@ def _fresh(work: SearchState, corank: int, starts: int) -> int:
 
 
 def _read_proof(work: SearchState, corank: int) -> bool:
-    """Reads what a proof of one corank has that the list lacks; whether there is any leaf."""
+    """Reads the points of a proof that the list lacks; False if the corank has no leaves at all."""
     proven = work.proven[corank]
     lacking = proven.unlisted(work.facts.chain, work.of(corank), only=True)
     if len(lacking):
-        # A curve would account for these points too: it is put aside until they have been read.
+        # A curve would account for these points too, so curves are put aside until the points are read.
         curves = [leaf for leaf in work.of(corank) if leaf.curve]
         others = [leaf for leaf in work.of(corank) if not leaf.curve]
         found = survey(work.facts.chain, corank, lacking, work.rng(corank, 30), known=others)
@@ -132,22 +132,22 @@ def _read_proof(work: SearchState, corank: int) -> bool:
 
 
 def say_what_is_left(work: SearchState, coranks: Sequence[int]) -> None:
-    """Marks the coranks that an interrupted search did not come to."""
+    """Marks the coranks that an interrupted search did not reach."""
     if not any(each.status is Completeness.NONE_FOUND for each in work.evidence.values()):
         for corank in coranks:
             work.evidence.setdefault(corank, Evidence(corank, Completeness.INTERRUPTED, 0, 0, 0))
 
 
 def unjudged(work: SearchState) -> tuple[Evidence, ...]:
-    """The evidence of lists that are not whole, so that nothing can be held against them."""
+    """The evidence of incomplete lists, without comparison with hold-outs or proofs."""
     evidence = [each for _, each in sorted(work.evidence.items())]
     return tuple(replace(each, status=Completeness.INTERRUPTED, fresh=0, unmatched=0, proof="") for each in evidence)
 
 
 def judged(work: SearchState) -> tuple[Evidence, ...]:
-    """The evidence of every corank once lists and proofs are final and held against each other.
+    """The evidence of every corank, from comparing the final lists and proofs.
 
-    What was certified without a proof at hand is not certified.
+    A corank that was certified before, but has no proof now, is no longer certified.
     """
     found, only = [], work.settings.corank is not None
     for corank, evidence in sorted(work.evidence.items()):

@@ -1,4 +1,4 @@
-"""How sure an atlas can be of one corank: counts, a hold-out of fresh starts, and the words for it."""
+"""Evidence that the list of one corank is complete: counts, a hold-out of fresh starts, and the words for it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from enum import Enum
 
 
 class Completeness(Enum):
-    """What an atlas knows of one corank; the value says it."""
+    """How complete the list of one corank is; the value is the explanation."""
 
     CERTIFIED = "certified: a proof that the list is complete was checked"
     EXACT = "exact, unchecked: an exact case split that no checker has accepted"
@@ -20,19 +20,19 @@ class Completeness(Enum):
 
 @dataclass(frozen=True)
 class Evidence:
-    """What the search for one corank went through.
+    """Counts of the search for one corank, its hold-out and its proof.
 
     Attributes:
         corank: k.
-        status: What is known.
-        starts: Random starts that the list was made from.
+        status: How complete the list is.
+        starts: Random starts from which the list was made.
         found: How many of them led to a configuration of corank k or more.
         exact: How many of those have corank k and no more.
-        unexplained: How many points no row accounts for.
+        unexplained: How many points lie on no row.
         rejected: Candidate rows that failed the verification.
         fresh: Starts of the hold-out, made after the list was frozen.
         unmatched: How many of them met a stratum that is not in the list.
-        floor: Least ‖r‖/σ₁ where none was found: how near to that corank the arm comes.
+        floor: If none was found, the least ‖r‖/σ₁: how close the arm comes to that corank.
         cases: Cases of the proof that was checked, if one was.
         leaves: Leaves of the proof.
         proof: Why there is no certificate, if there is none.
@@ -61,7 +61,7 @@ class Evidence:
 
     @property
     def bound(self) -> float:
-        """Upper end, at 95 % confidence, of the probability that a further start meets an unlisted stratum.
+        """Upper bound, with 95 % confidence, of the probability that a further start meets an unlisted stratum.
 
         Source: Clopper and Pearson 1934, one-sided.
         """
@@ -69,7 +69,7 @@ class Evidence:
 
     @property
     def words(self) -> str:
-        """What may be said of completeness, and no more."""
+        """What can be said about completeness, in words."""
         if self.status is Completeness.CERTIFIED:
             met = "none" if self.unmatched == 0 else f"{self.unmatched}"
             return self._certified + (f"; {met} of {self.fresh} fresh starts met another" if self.fresh else "")
@@ -103,9 +103,9 @@ def _counted(number: int, one: str, many: str = "") -> str:
 
 
 def missing_mass(unmatched: int, fresh: int, confidence: float = 0.95) -> float:
-    """Clopper and Pearson's upper bound of a probability of which `unmatched` of `fresh` trials are the record."""
+    """Clopper and Pearson's upper bound of a probability after `unmatched` of `fresh` trials."""
     if fresh == 0 or unmatched >= fresh:
         return 1.0
-    import scipy.special  # takes a tenth of a second: only where it is needed
+    import scipy.special  # takes 0.1 s: imported only if needed
 
     return float(scipy.special.betaincinv(unmatched + 1, fresh - unmatched, confidence))

@@ -1,4 +1,4 @@
-"""What exact proofs say of the list of one corank: whether it is complete, and what it lacks. Arrays and proofs."""
+"""Compares the list of one corank with an exact proof: whether it is complete, and what it lacks. Arrays and proofs."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from robust_ik.singularities.geometry.screw_chain import ScrewChain
 POINTS = 24
 """Points on each leaf of a proof that the list must account for."""
 STRAY = 1e-5
-"""How far a configuration may be from the leaves of a proof that has all of them."""
+"""Largest distance of a configuration from the leaves of a complete proof."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,11 +30,11 @@ class ProofOutcome:
 
     Attributes:
         proof: The case split.
-        verdict: What the checker says of it; None where there is nothing to check.
-        places: Its leaves at the real places of their fields.
+        verdict: The checker's verdict; None if there is nothing to check.
+        places: Its leaves, at the real places of their fields.
         points: Joint values on all of them, (N, n).
-        coranks: Of the arm at the points, (N,).
-        owners: Which place each point is on, (N,).
+        coranks: Corank of the arm at the points, (N,).
+        owners: Index of the place of each point, (N,).
     """
 
     proof: Proof
@@ -50,7 +50,7 @@ class ProofOutcome:
 
         Args:
             chain: The geometry of the atlas.
-            arm: The same in rational numbers: what the proof must be about.
+            arm: The same in rational numbers, which the proof must be about.
             proof: The proof.
         """
         closed = arm is not None and proof.status in ("proved", "implicit")
@@ -72,14 +72,14 @@ class ProofOutcome:
         return self.verdict is not None and self.verdict.accepted
 
     def unlisted(self, chain: ScrewChain, listed: Sequence[Leaf], *, only: bool) -> Array:
-        """Points on the proof's leaves that a list does not account for, (N, n).
+        """Points on the proof's leaves that lie on no leaf of a list, (N, n).
 
-        A curve has no equation: it accounts only for places that samples of it lie on, not for all of its dimension.
+        A curve has no equation: it accounts only for places on which samples of it lie, not for all of its dimension.
 
         Args:
             chain: The geometry.
             listed: Leaves of this corank and of higher ones.
-            only: Whether points of higher coranks are left out: those are not in the list, and not meant to be.
+            only: Whether points of higher coranks are left out, because the list has none of them.
         """
         wanted = (self.coranks == self.proof.corank) | (not only)
         curves, plain = [leaf for leaf in listed if leaf.curve], [leaf for leaf in listed if not leaf.curve]
@@ -92,9 +92,9 @@ class ProofOutcome:
         return np.asarray(self.points[lacking])
 
     def strays(self, chain: ScrewChain, listed: Sequence[Leaf]) -> int:
-        """How many members of the list lie on no leaf of the proof: none, if both are right.
+        """How many members of the list lie on no leaf of the proof; 0 if both are right.
 
-        Members are samples, samples with their free joints anywhere, and what else fulfils the conditions.
+        Members are samples, samples with their free joints anywhere, and other solutions of the conditions.
         """
         rng = np.random.default_rng(self.proof.corank)
         values = np.concatenate(
@@ -110,10 +110,10 @@ class ProofOutcome:
         return int(np.sum(away > STRAY))
 
     def judged(self, evidence: Evidence, unlisted: int, strays: int) -> Evidence:
-        """The evidence with what the proof adds to it: a certificate only if the checker accepted and the list agrees.
+        """The evidence with the proof added: certified only if the checker accepted and the list agrees.
 
         Args:
-            evidence: What random starts say.
+            evidence: The evidence from random starts.
             unlisted: Points of the proof that the list lacks.
             strays: Samples of the list that the proof lacks.
         """

@@ -1,4 +1,4 @@
-"""find_singularities: from a robot to its atlas."""
+"""find_singularities: the atlas of a robot."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     from robust_ik.robot.robot import Robot
 
 STARTS = 1500
-"""Random starts for a corank. Chosen: three pieces of work (`CHUNK`); more find rarer families, and take longer."""
+"""Random starts for a corank. Chosen: three pieces of work (`CHUNK`); more find rarer families, but take longer."""
 DEFAULT_SEED = 0
-"""Of random starts where nothing is given: any number, always the same."""
+"""Default seed of the random starts: any number, always the same."""
 
 
 @checked
@@ -49,33 +49,34 @@ def find_singularities(
     executor: Executor | None = None,
     progress: Told | None = None,
 ) -> SingularityAtlas:
-    """Every family of singular configurations of every corank that random starts lead to, whatever the joint limits.
+    """Finds every family of singular configurations, of every corank, that random starts reach, within limits or not.
 
     Args:
         robot: An arm with a tip.
         corank: Only this one; by default all up to the last that exists.
         starts: Random starts for each corank.
         rng: A seed, or a generator to draw one from; by default always the same.
-        rows: Task rows, of x y z wx wy wz; default the robot's. Those that it cannot move are left out, with a word.
+        rows: Task rows, of x y z wx wy wz; default the robot's. Rows that it cannot move are left out; the atlas says
+            so.
         length_scale: Length by which linear rows are divided, 0.001 to 1000 m; default 1. Strata do not depend on it,
             σ does.
         tolerance: ‖r‖/σ₁ that counts as zero, r being the k smallest singular values.
-        method: "projection" (Levenberg-Marquardt), or "gradient", the paper's own, to compare.
-        table: DH table whose lengths name coefficients; by default that of a robot of the catalogue.
-        snap: Whether the geometry with every nearly exact angle exact is what is meant. It is what is analysed in any
-            case; without `snap` the floor of σ of the model as given is told as well.
+        method: "projection" (Levenberg-Marquardt), or "gradient", the paper's own, for comparison.
+        table: DH table whose lengths name coefficients; by default the table of a robot of the catalogue.
+        snap: Whether the geometry with nearly exact angles made exact is the intended one. It is analysed in any case;
+            without `snap` the atlas also gives the least σ of the model as given.
         certify: Whether to try exact proofs that the lists are complete, with a bounded effort.
-        executor: Who searches and proves, any `concurrent.futures.Executor`; by default this process. The atlas is the
-            same, to the last bit.
+        executor: An executor that runs the pieces, any `concurrent.futures.Executor`; by default this process. The
+            atlas is the same to the last bit.
         progress: Called with (steps done, steps in all).
 
     Returns:
-        The atlas; where Ctrl-C stopped the search, what it had found, so marked. A second one, while that is put in
-        order, leaves out what is not ready.
+        The atlas. After Ctrl-C, the atlas of what was found, marked as interrupted; a second Ctrl-C while its rows are
+        made leaves out unfinished ones.
 
     Raises:
         TipError: The robot was loaded whole, without a tip.
-        InputError: There can be no such corank, or a parameter is out of range.
+        InputError: The robot cannot have this corank, or a parameter is out of range.
     """
     facts = RobotFacts.of(robot, rows, length_scale, table, snap)
     if isinstance(starts, bool) or not isinstance(starts, (int, np.integer)) or starts < 1:

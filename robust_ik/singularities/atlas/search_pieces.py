@@ -1,4 +1,4 @@
-"""What of an atlas's work depends on its arguments alone, so that anyone may do it: chunks of a search, and proofs."""
+"""Independent pieces of an atlas search, for workers: chunks of random starts, and proofs."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from robust_ik.singularities.find.random_starts import Method, find_points
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 
 CHUNK = 500
-"""Starts in a piece. With more, products of their matrices would be split among threads where there are some."""
+"""Starts in a chunk; with more, products of their matrices would be split among threads."""
 
 
 @dataclass(frozen=True)
@@ -25,9 +25,9 @@ class Chunk:
 
     Attributes:
         chain: What moves the tip.
-        corank: What is looked for.
-        starts: How many.
-        seed: Of this chunk alone.
+        corank: The corank to look for.
+        starts: Number of starts.
+        seed: Seed of this chunk alone.
         method: "projection" or "gradient".
         tolerance: ‖r‖/σ₁ that counts as zero.
     """
@@ -40,14 +40,14 @@ class Chunk:
     tolerance: float
 
     def run(self) -> Points:
-        """What the starts lead to."""
+        """The points that the starts reach."""
         return find_points(
             self.chain, self.corank, self.starts, np.random.default_rng(self.seed),
             method=self.method, tolerance=self.tolerance, measured=False,
         )  # fmt: skip
 
     def split(self) -> list[Chunk]:
-        """Chunks of at most CHUNK starts in its place, each with a seed of its own: the first with this one."""
+        """The same starts in chunks of at most CHUNK, each with a seed of its own, the first with this seed."""
         return [
             replace(self, starts=size, seed=(*self.seed, index) if index else self.seed)
             for index, size in enumerate(parts(self.starts, CHUNK))
@@ -56,13 +56,13 @@ class Chunk:
 
 @dataclass(frozen=True)
 class ProofOf:
-    """A proof to be tried for one corank, and checked.
+    """A proof for one corank, to be tried and checked.
 
     Attributes:
         chain: The geometry of the atlas.
-        arm: The same in rational numbers; None where there is none.
-        inexact: Why there is none.
-        corank: What it is about.
+        arm: The same in rational numbers; None if that is not possible.
+        inexact: Why it is not.
+        corank: The corank.
     """
 
     chain: ScrewChain
@@ -71,12 +71,12 @@ class ProofOf:
     corank: int
 
     def run(self) -> ProofOutcome:
-        """What came of it."""
+        """The outcome of the proof."""
         plain = Proof(None, self.corank, reason=self.inexact)
         proof = plain if self.arm is None else certify_plain(self.arm, self.corank)
         return ProofOutcome.of(self.chain, self.arm, proof)
 
 
 def run(piece: Chunk | ProofOf) -> Points | ProofOutcome:
-    """What comes of a piece."""
+    """The result of a piece."""
     return piece.run()

@@ -1,4 +1,4 @@
-"""One search from its first start to its rows, the same whether it begins or goes on."""
+"""Runs one search from its first start to its rows; a continued search runs the same code."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from robust_ik.singularities.families.stratum_rows import make_rows
 def extend(
     atlas: AtlasRecord, starts: int, executor: Executor | None = None, progress: Told | None = None
 ) -> AtlasRecord:
-    """An atlas after so many more starts for each corank; see `SingularityAtlas.extended`."""
+    """An atlas after further starts for each corank; see `SingularityAtlas.extended`."""
     if isinstance(starts, bool) or not isinstance(starts, (int, np.integer)) or starts < 1:
         raise InputError(f"starts must be a whole number of at least 1, got {starts!r}")
     work = work_of(atlas)
@@ -41,7 +41,7 @@ def extend(
 
 
 def searched(work: SearchState, starts: int, progress: Told | None) -> AtlasRecord:
-    """What the work has come to after so many starts for each corank, or until Ctrl-C stopped it."""
+    """The record after these starts for each corank, or after Ctrl-C."""
     interrupted = False
     try:
         _search(work, starts, progress)
@@ -62,15 +62,15 @@ def searched(work: SearchState, starts: int, progress: Told | None) -> AtlasReco
 
 
 def _wanted(work: SearchState) -> list[int]:
-    """The coranks to be looked for, as long as there are any."""
+    """The coranks to look for; the search stops at the first one that does not exist."""
     return [work.settings.corank] if work.settings.corank else list(range(1, work.facts.chain.m + 1))
 
 
 def _search(work: SearchState, starts: int, progress: Told | None) -> None:
-    """The work, step by step: every corank is searched, proved if it can be and read, then all are held out."""
+    """Runs the search step by step: each corank is searched, proved if possible and read; then all have a hold-out."""
     wanted = _wanted(work)
     chunks = len(parts(starts, CHUNK))
-    steps = chunks + 2  # and a proof, and the reading
+    steps = chunks + 2  # plus a proof, plus reading the leaves
     work.tally = Tally(progress, len(wanted) * (steps + chunks))
     begin(work, wanted, starts)
     for index, corank in enumerate(wanted):

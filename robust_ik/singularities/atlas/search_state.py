@@ -1,4 +1,4 @@
-"""What a search for an atlas has done so far, and who does its pieces. Arrays only."""
+"""State of an atlas search: what it has found, its progress, and the executor that runs its pieces. Arrays only."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from robust_ik.singularities.find.tangent_walk import Mask
 
 @dataclass
 class Tally:
-    """How much of the work is done, for who wants to know.
+    """Progress of a search, reported to a callback.
 
     Attributes:
         told: Called with (steps done, steps in all).
@@ -37,7 +37,7 @@ class Tally:
     done: int = 0
 
     def reach(self, done: int) -> None:
-        """So much is done, or more already; what is done beyond what was foreseen does not count."""
+        """Reports that `done` steps are done; the count never falls and never exceeds the total."""
         self.done = min(max(done, self.done), self.total)
         if self.told is not None:
             self.told(self.done, self.total)
@@ -45,18 +45,18 @@ class Tally:
 
 @dataclass
 class SearchState:
-    """What a search has done so far; it survives an interruption.
+    """The state of a search, which survives an interruption.
 
     Attributes:
-        facts: What is searched.
-        settings: How.
-        leaves: What was found.
-        evidence: What is known of each corank.
-        proven: The proofs that were tried.
-        unread: Points that the leaves found at first did not account for, (N, n) for each corank.
-        executor: Who does its pieces; None for this process.
-        tally: How much is done.
-        ahead: What came of pieces that were done before they were asked for.
+        facts: Facts of the robot.
+        settings: Settings of the search.
+        leaves: Leaves found so far.
+        evidence: Evidence for each corank.
+        proven: Outcomes of the proofs that were tried, by corank.
+        unread: Points that lay on no leaf when they were read first, (N, n) for each corank.
+        executor: The executor that runs the pieces; None for this process.
+        tally: Progress of the search.
+        ahead: Results of pieces that were run before they were needed.
     """
 
     facts: RobotFacts
@@ -70,30 +70,30 @@ class SearchState:
     ahead: dict[Chunk | ProofOf, Points | ProofOutcome] = field(default_factory=dict)
 
     def seed(self, corank: int, stage: int) -> tuple[int, ...]:
-        """Of its own for every corank and stage, so that results do not depend on the order of the work."""
+        """A seed for each corank and stage, so that results do not depend on the order of the work."""
         return self.settings.seed, corank, stage, self.settings.starts
 
     def rng(self, corank: int, stage: int) -> np.random.Generator:
-        """Random numbers of that seed."""
+        """A generator with that seed."""
         return np.random.default_rng(self.seed(corank, stage))
 
     def search(self, corank: int, starts: int, stage: int) -> list[Chunk]:
-        """Fresh starts, in pieces."""
+        """Fresh starts, in chunks."""
         seed, settings = self.seed(corank, stage), self.settings
         return Chunk(self.facts.chain, corank, starts, seed, settings.method, settings.tolerance).split()
 
     def proof(self, corank: int) -> list[ProofOf]:
-        """The proof of one corank, in pieces: none where none is wanted, or one was tried."""
+        """The proof of one corank, as a list: empty if none is wanted or one was tried before."""
         if not self.settings.certified or corank in self.proven:
             return []
         return [ProofOf(self.facts.chain, self.facts.exact, self.facts.inexact, corank)]
 
     def run_ahead(self, pieces: Sequence[Chunk | ProofOf]) -> None:
-        """Has pieces done that may be asked for, all at once; some may turn out not to be needed."""
+        """Runs pieces that may be needed later, all at once."""
         self.ahead.update(zip(pieces, self._results(pieces)))
 
     def run(self, pieces: Sequence[Chunk | ProofOf]) -> tuple[list[Points], list[ProofOutcome]]:
-        """What comes of pieces, in their order."""
+        """The results of pieces, in order: points of chunks, and outcomes of proofs."""
         self.run_ahead([piece for piece in pieces if piece not in self.ahead])
         found = [self.ahead.pop(piece) for piece in pieces]
         points = [each for each in found if isinstance(each, Points)]
@@ -104,18 +104,18 @@ class SearchState:
         return run_pieces(run, pieces, self.executor, lambda done, _: self.tally.reach(before + done))
 
     def of(self, corank: int) -> list[Leaf]:
-        """Leaves of one corank."""
+        """The leaves of one corank."""
         return [leaf for leaf in self.leaves if leaf.corank == corank]
 
     def accounted(self, corank: int, points: Points) -> Mask:
-        """Which points lie on a leaf; those of coranks that were not looked for count as such."""
+        """Which points lie on a leaf; points of coranks that were not looked for count too."""
         leaves = [leaf for leaf in self.leaves if leaf.corank >= corank]
         known = accounts(self.facts.chain, corank, leaves, points.values)
         return np.asarray(known | ((points.coranks > corank) & (self.settings.corank is not None)))
 
 
 def work_of(atlas: AtlasRecord) -> SearchState:
-    """The work that an atlas is the result of, its proofs checked again."""
+    """The state from which an atlas can be continued; its proofs are checked again."""
     facts = atlas.robot
     return SearchState(
         facts,

@@ -1,4 +1,4 @@
-"""Conditions on joint values that make an arm singular: sums of angles, relations fitted to points, their notation."""
+"""Conditions on joint values for singularity: sums of angles, relations fitted to points, and their notation."""
 
 from robust_ik.singularities.conditions.angle_sums import wrapped
 from robust_ik.singularities.conditions.arm_record import SAME, RobotFacts

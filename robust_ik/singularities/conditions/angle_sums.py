@@ -1,4 +1,4 @@
-"""Angle: one joint value, or the sum of several as where axes are parallel. Arrays only."""
+"""Angle: one joint value, or a sum of several joints with parallel axes. Arrays only."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from robust_ik.checks import Array
 from robust_ik.singularities.geometry.screw_chain import REFERENCE, ScrewChain
 
 PARALLEL = 1e-9
-"""Axes whose directions differ by less are parallel: 1 − |cos| of the angle between them."""
+"""Axes are parallel if 1 − |cos| of their angle is less than this."""
 
 
 @dataclass(frozen=True, order=True)
@@ -22,7 +22,7 @@ class Angle:
     Attributes:
         joints: Indices from 0, ascending.
         signs: 1 or −1 for each.
-        period: After how much it comes back to the same pose; infinite for a joint that slides.
+        period: Change after which the pose is the same again; infinite for a joint that slides.
     """
 
     joints: tuple[int, ...]
@@ -34,13 +34,13 @@ class Angle:
         return np.asarray(sum(sign * values[..., joint] for joint, sign in zip(self.joints, self.signs)))
 
     def row(self, n: int) -> Array:
-        """Its derivative by the n joint values, (n,)."""
+        """Its derivatives with respect to the n joint values, (n,)."""
         row = np.zeros(n)
         row[list(self.joints)] = self.signs
         return row
 
     def wrapped(self, difference: Array | float) -> Array:
-        """A difference of two of its values, the short way round: in (−π, π] for an angle."""
+        """A difference of two of its values, the short way round: an angle in (−π, π]."""
         return wrapped(difference, self.period)
 
     def moved(self, values: Array, to: Array | float) -> Array:
@@ -60,7 +60,7 @@ class Angle:
 
     @property
     def suffix(self) -> str:
-        """As it stands after c and s: "3" in c3, "23" in c23, "(2−3)" in c(2−3)."""
+        """Its name after c and s: "3" in c3, "23" in c23, "(2−3)" in c(2−3)."""
         names = [str(joint + 1) for joint in self.joints]
         if all(sign > 0 for sign in self.signs) and all(len(name) == 1 for name in names):
             return "".join(names)
@@ -70,7 +70,7 @@ class Angle:
 
 
 def wrapped(difference: Array | float, period: Array | float) -> Array:
-    """Differences the short way round, in (−period/2, period/2]; as they are where the period is infinite."""
+    """Differences the short way round, in (−period/2, period/2]; unchanged if the period is infinite."""
     finite = np.isfinite(period)
     if not finite.all():
         return np.where(finite, wrapped(difference, np.where(finite, period, 1.0)), difference)
@@ -83,12 +83,12 @@ def single(chain: ScrewChain, joint: int) -> Angle:
 
 
 def candidates(chain: ScrewChain, joints: Sequence[int], values: Array) -> list[Angle]:
-    """The angles that a relation of some joints may be written in: each joint, and sums over runs of parallel axes.
+    """The angles in which a relation of some joints may be written: each joint, and sums over runs of parallel axes.
 
     Args:
         chain: What moves the tip.
-        joints: Which joints, ascending.
-        values: Configurations of one stratum, (N, n): axes count as parallel that are so at all of them.
+        joints: Indices of the joints, ascending.
+        values: Configurations of one stratum, (N, n): axes count as parallel if they are at all of them.
     """
     found = [single(chain, joint) for joint in joints]
     if len(chain.sliding) != chain.n or np.any(chain.mixing != np.eye(chain.n)):

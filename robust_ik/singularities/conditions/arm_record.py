@@ -1,4 +1,4 @@
-"""What an atlas keeps of its robot, so that it can be read without it."""
+"""The facts of a robot that an atlas keeps, so that it can be read without the robot."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ if TYPE_CHECKING:
     from robust_ik.robot.robot import Robot
 
 SAME = 1e-9
-"""Jacobians that differ by less are of the same arm, m and rad."""
+"""Jacobians that differ by less belong to the same arm, m and rad."""
 
 SHORTEST, LONGEST = 1e-3, 1e3
-"""Length scales beyond these, m, take linear and angular rows so far apart that what is small is no longer zero."""
+"""Limits of length scales, m: beyond them linear and angular rows differ so much that zero cannot be recognised."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,20 +36,20 @@ class RobotFacts:
     """Names, limits and geometry of the chain that an atlas is of.
 
     Attributes:
-        name: The robot's.
+        name: Name of the robot.
         tip: The frame that is moved.
         asked: Task rows that were asked for.
         continuous: Which joints have (cos, sin) in q, (n,).
-        lower: Lower limits, (n,), rad or m; −∞ where there is none.
+        lower: Lower limits, (n,), rad or m; −∞ for none.
         upper: Upper limits.
         symbols: Lengths of the DH table by name, m; empty without a table.
         chain: The geometry that was analysed, and the task rows.
-        given: The geometry as the model has it; the same object where nothing was straightened.
-        changes: What was straightened, in words.
-        snapped: Whether the straight geometry is what was asked about.
+        given: The geometry of the model; the same object if nothing was straightened.
+        changes: Each change by straightening, in words.
+        snapped: Whether the straightened geometry was asked for.
         tool: The tool's axes in the last joint's axis frame, (3, 3).
-        exact: The chain in rational numbers, which proofs are about; None where there is none.
-        inexact: Why there is none.
+        exact: The chain in rational numbers, for proofs; None if that is not possible.
+        inexact: Why it is not.
     """
 
     name: str
@@ -89,7 +89,7 @@ class RobotFacts:
         table: DHTable | None,
         snap: bool,
     ) -> RobotFacts:
-        """The facts of a robot, its geometry straightened, in the rows that it can reach."""
+        """The facts of a robot, with straightened geometry, in the rows in which it can move."""
         asked = ScrewChain.of(robot, rows=rows, length_scale=1.0 if length_scale is None else length_scale)
         if not SHORTEST <= asked.length_scale <= LONGEST:
             raise InputError(f"length_scale must be from {SHORTEST} to {LONGEST:g} m, got {length_scale!r}")
@@ -130,7 +130,7 @@ class RobotFacts:
 
     @property
     def reduced(self) -> str:
-        """Why not all rows that were asked for were analysed; empty if they were."""
+        """Why not all rows that were asked for were analysed; empty if all were."""
         if self.asked == self.chain.rows:
             return ""
         return (
@@ -140,7 +140,7 @@ class RobotFacts:
 
 
 def _exact(robot: Robot, chain: ScrewChain) -> tuple[Arm | None, str]:
-    """The chain in rational numbers, or why there is none."""
+    """The chain in rational numbers, or the reason why that is not possible."""
     try:
         arm = plain_arm(exact_arm(robot.with_rows(chain.rows)))
     except UnsupportedError as error:
@@ -152,14 +152,14 @@ def _exact(robot: Robot, chain: ScrewChain) -> tuple[Arm | None, str]:
 
 
 def jacobians_apart(chain: ScrewChain, arm: Arm) -> float:
-    """By how much the Jacobians of a chain and of an exact arm with as many joints and rows differ, m and rad."""
+    """The largest difference of the Jacobians of a chain and an exact arm with as many joints and rows, m and rad."""
     values = chain.random(np.random.default_rng(0), 4)
     ours = replace(chain, length_scale=1.0).jacobian(values)
     return max(float(np.abs(mine - float_jacobian(arm, each)).max()) for mine, each in zip(ours, values))
 
 
 def _table(robot: Robot) -> DHTable | None:
-    """The DH table that a robot of the catalogue comes from."""
+    """The DH table of a robot of the catalogue, if it comes from one."""
     entry = catalog().get(robot.name)
     if entry is None or entry.path.suffix != ".toml":
         return None

@@ -1,4 +1,4 @@
-"""Conditions as people write them: q4 ∈ {0, π}; a2 c2 + a3 c23 + d4 s23 = 0."""
+"""Conditions as text: q4 ∈ {0, π}; a2 c2 + a3 c23 + d4 s23 = 0."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from robust_ik.singularities.conditions.angle_sums import Angle, wrapped
 from robust_ik.singularities.conditions.trig_relations import Relation, Term
 
 SAME = 1e-6
-"""Relative difference of numbers that have the same symbol."""
+"""Relative difference up to which numbers have the same symbol."""
 Symbols = Mapping[str, float]
 
 
 def symbols(table: DHTable | None) -> dict[str, float]:
-    """The lengths of a DH table by name; a modified table's a of row i is that of the link before, a(i − 1)."""
+    """The lengths of a DH table by name; in a modified table a of row i is that of the previous link, a(i − 1)."""
     if table is None:
         return {}
     shift = 1 if table.convention == "modified" else 0
@@ -27,7 +27,7 @@ def symbols(table: DHTable | None) -> dict[str, float]:
 
 
 def condition(angle: Angle, values: Sequence[float], known: Symbols) -> str:
-    """That an angle has one of some values: "q4 ∈ {0, π}", "q3 = ±π/2", "tan q3 = −d4/a3"."""
+    """The condition that an angle has one of some values: "q4 ∈ {0, π}", "q3 = ±π/2", "tan q3 = −d4/a3"."""
     if angle.circular and (ratio := _tangent(values, known)):
         return f"tan {angle} = {ratio}" if len(angle.joints) == 1 else f"tan({angle}) = {ratio}"
     unit = "" if angle.circular else " m"
@@ -40,7 +40,7 @@ def condition(angle: Angle, values: Sequence[float], known: Symbols) -> str:
 
 
 def number(value: float, circular: bool = True) -> str:
-    """A multiple of π as such, other numbers with six decimals."""
+    """A number as text: a multiple of π as such, others with six decimals."""
     part = Fraction(value / np.pi).limit_denominator(12)
     if not circular or abs(value - part * np.pi) > SAME:
         return f"{value:.6f}".replace("-", "−")
@@ -51,7 +51,7 @@ def number(value: float, circular: bool = True) -> str:
 
 
 def _tangent(values: Sequence[float], known: Symbols) -> str:
-    """For two values that are π apart: their tangent as a ratio of two lengths; empty if it is none."""
+    """For two values that differ by π, their tangent as a ratio of two lengths; empty if it is none."""
     if len(values) != 2 or abs(abs(wrapped(values[0] - values[1], 2 * np.pi)) - np.pi) > SAME:
         return ""
     tangent = float(np.tan(values[0]))
@@ -65,7 +65,7 @@ def _tangent(values: Sequence[float], known: Symbols) -> str:
 
 
 def equation(relation: Relation, known: Symbols) -> str:
-    """A relation with its coefficients as symbols where all have one, else as numbers."""
+    """A relation as text, its coefficients as symbols if all have one, else as numbers."""
     names = _names(relation, known) or [_shown(float(value)) for value in relation.coefficients]
     if names[0].startswith("−"):
         names = [name[1:] if name.startswith("−") else f"−{name}" for name in names]
@@ -86,7 +86,7 @@ def _shown(value: float) -> str:
 
 
 def _names(relation: Relation, known: Symbols) -> list[str] | None:
-    """Symbols that all coefficients are in proportion to, or None."""
+    """Symbols to which all coefficients are proportional, or None."""
     for length in known.values():
         for coefficient in relation.coefficients:
             scaled = relation.coefficients * (length / coefficient)
@@ -97,7 +97,7 @@ def _names(relation: Relation, known: Symbols) -> list[str] | None:
 
 
 def _name(value: float, known: Symbols, term: Term) -> str | None:
-    """A length of that size: where there are several, that of the term's last joint, else the first."""
+    """The name of a length of that magnitude; of several, that of the term's last joint, else the first."""
     last = max((joint + 1 for factor in term for joint in factor.angle.joints), default=0)
     fitting = [name for name, length in known.items() if abs(abs(value) - abs(length)) < SAME * abs(length)]
     if not fitting:

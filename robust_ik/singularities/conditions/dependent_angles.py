@@ -1,7 +1,8 @@
-"""Which joints are coupled with which: the smallest dependent sets of angles on a stratum's tangent spaces.
+"""Finds which joints are coupled: the smallest dependent sets of angles on a stratum's tangent spaces.
 
-On an irreducible stratum sets of joints are related exactly where their tangents at generic points are linearly
-dependent: the circuits of a matroid. A pinned joint is a circuit of one, a free joint is in none. Arrays only.
+On an irreducible stratum a set of joints is related if and only if their tangents at generic points are linearly
+dependent: the smallest such sets are the circuits of a matroid. A pinned joint is a circuit of one, a free joint is in
+none. Arrays only.
 """
 
 from __future__ import annotations
@@ -17,18 +18,18 @@ from robust_ik.kinematics.svd import singular_values, svd
 from robust_ik.singularities.conditions.angle_sums import Angle
 
 LARGEST = 4
-"""Sets of more angles are not looked at: no short relation is among them."""
+"""Most angles of a set that is examined: larger sets have no short relation."""
 DEPENDENT = 1e-9
-"""Of the squared singular values of tangents."""
+"""Squared singular values of tangents below this count as zero."""
 INDEPENDENT = 1e-4
-"""Least singular value of independent unit covectors. Chosen: far above rounding, far below what is usual."""
+"""Least singular value of independent unit covectors. Chosen: far above rounding, far below usual values."""
 POINTS = 24
-"""Points at which sets are looked at. Chosen: enough to tell that four of five agree; more take longer."""
+"""Points at which sets are compared. Chosen: enough to see that four of five agree; more take longer."""
 
 
 @dataclass(frozen=True, eq=False)
 class Circuit:
-    """Angles that no smaller set of is dependent, and the normals of what they say.
+    """A smallest dependent set of angles, and the normals of its condition.
 
     Attributes:
         angles: The angles.
@@ -45,7 +46,7 @@ class Circuit:
 
 
 def circuit_groups(angles: Sequence[Angle], tangents: Array) -> list[list[Circuit]]:
-    """Every smallest dependent set of angles, those together that say the same, small ones first.
+    """All smallest dependent sets of angles, in groups with equal conditions, small ones first.
 
     Args:
         angles: Candidates.
@@ -92,5 +93,5 @@ def _redundant(M: Array) -> bool:
 
 
 def _complexity(angles: Sequence[Angle]) -> tuple[int, tuple[tuple[int, ...], ...]]:
-    """Few joints first, in order."""
+    """A sort key: few joints first, then in order."""
     return sum(len(angle.joints) for angle in angles), tuple(angle.joints for angle in angles)

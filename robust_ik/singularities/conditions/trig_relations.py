@@ -1,4 +1,4 @@
-"""Relation: what couples a few joints on a stratum, a short trigonometric equation fitted to points. Arrays only."""
+"""Relation: a short trigonometric equation that couples a few joints on a stratum, fitted to points. Arrays only."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from robust_ik.kinematics.svd import svd
 from robust_ik.singularities.conditions.angle_sums import Angle
 
 DEGREES = (1, 2, 3, 4)
-"""In half angles: 2 stands for 1, cos q, sin q; odd ones for what changes sign after a full turn."""
+"""Degrees in half angles: 2 stands for 1, cos q, sin q; odd ones for functions that change sign after a full turn."""
 MOST_TERMS = 32
-"""Bases of more products are not tried: such a relation is not short."""
+"""Most products of a basis: with more, a relation is not short."""
 SHORT, SHORT_ODD = 12, 6
-"""A relation of more terms than this is not short; the second is for those with half angles or higher degrees."""
+"""Most terms of a short relation, and of one with half angles or higher degrees."""
 FITS = 1e-8
-"""Singular value of the fitted products, relative to the largest one, that counts as zero."""
+"""Singular value of the fitted products, relative to the largest one, below which a relation fits."""
 UNIQUE = 1e-5
-"""The next one must be above this: else several relations fit, and a smaller basis or other joints tell them apart."""
+"""The next singular value must be above this; else several relations fit, and a smaller basis is needed."""
 ZERO_COEFFICIENT = 1e-7
-"""Coefficients below this part of the largest one are rounding. Chosen: ten times what FITS lets pass."""
+"""Coefficients below this fraction of the largest one are rounding. Chosen: ten times what FITS lets pass."""
 SMALLEST = 1e-4
-"""A relation with a coefficient between the one and the other is none: points of a near-degenerate family fit it."""
+"""Smallest coefficient of a relation that is not zero: points of a nearly degenerate family fit smaller ones."""
 TRIMS = 3
-"""Fits at the most, each without the outliers of the one before. Chosen: fewer leave some in, more take longer."""
+"""Most fits, each without the outliers of the one before. Chosen: fewer leave some in, more take longer."""
 OUTLIER = 30.0
-"""Points whose residual is this many times the median belong to crossings of strata."""
+"""Points whose residual is this many times the median lie at crossings of strata."""
 
 
 @dataclass(frozen=True)
@@ -39,9 +39,9 @@ class Factor:
     """One function of one angle.
 
     Attributes:
-        angle: Of what.
+        angle: The angle.
         kind: "cos", "sin" or "power".
-        order: Of cos(order · angle), possibly a half, or the exponent.
+        order: The factor in cos(order · angle), possibly a half, or the exponent.
     """
 
     angle: Angle
@@ -49,7 +49,7 @@ class Factor:
     order: float
 
     def of(self, values: Array) -> Array:
-        """At joint values (..., n), (...)."""
+        """Its value at joint values (..., n), (...)."""
         x = self.angle.of(values)
         if self.kind == "power":
             return np.asarray(x**self.order)
@@ -76,7 +76,7 @@ class Relation:
         terms: Products; the empty one is 1.
         coefficients: (t,), the largest magnitude being 1.
         residual: Largest magnitude of the sum at the points that it was fitted to.
-        points: How many those were.
+        points: Number of these points.
     """
 
     terms: tuple[Term, ...]
@@ -98,12 +98,12 @@ class Relation:
         return tuple(sorted({factor.angle for term in self.terms for factor in term}))
 
     def of(self, values: Array) -> Array:
-        """The sum at joint values (..., n), zero where the relation holds, (...)."""
+        """The sum at joint values (..., n), zero if the relation holds, (...)."""
         return evaluate(self.terms, values) @ self.coefficients
 
 
 def evaluate(terms: Sequence[Term], values: Array) -> Array:
-    """Every product at joint values (..., n), (..., t)."""
+    """The value of each product at joint values (..., n), (..., t)."""
     known = {factor: factor.of(values) for factor in dict.fromkeys(chain.from_iterable(terms))}
     result = np.ones((len(terms), *values.shape[:-1]))
     for product_, term in zip(result, terms):
@@ -113,10 +113,10 @@ def evaluate(terms: Sequence[Term], values: Array) -> Array:
 
 
 def simplest(choices: Sequence[Sequence[Angle]], values: Array, *, odd: bool = False) -> Relation | None:
-    """Of several sets of angles that say the same, the relation with the fewest terms, or None if none is short.
+    """The relation with the fewest terms, over sets of angles with the same condition; None if none is short.
 
     Args:
-        choices: Sets of angles; no smaller set is related.
+        choices: Sets of angles of which no subset is related.
         values: Points of one stratum, (N, n).
         odd: Whether to try half angles and higher degrees too: for points of one component only.
     """
@@ -134,24 +134,24 @@ def _first_fit(bases: Sequence[tuple[Term, ...]], values: Array) -> Relation | N
 
 
 def linear_bases(angles: Sequence[Angle]) -> list[tuple[Term, ...]]:
-    """1 and the cosine and sine of each angle."""
+    """The basis 1 and the cosine and sine of each angle."""
     waves = [(factor,) for angle in angles for factor in _functions(angle, 2) if factor is not None]
     return [((), *waves)]
 
 
 def product_bases(angles: Sequence[Angle]) -> list[tuple[Term, ...]]:
-    """Products of 1, cosine and sine of each angle."""
+    """The basis of products of 1, cosine and sine of each angle."""
     return [_products(angles, (2,) * len(angles))] if 3 ** len(angles) <= MOST_TERMS else []
 
 
 def other_bases(angles: Sequence[Angle]) -> list[tuple[Term, ...]]:
-    """Products of other degrees, every angle its own, from few to many; of single joints only."""
+    """Bases of products of other degrees for each angle, small ones first; for single joints only."""
     return [_products(angles, each) for each in _degrees(len(angles)) if _natural(angles, each)]
 
 
 @cache
 def _degrees(count: int) -> tuple[tuple[int, ...], ...]:
-    """Degrees of so many angles whose products are not too many, from few to many."""
+    """Degrees for `count` angles with not too many products, small ones first."""
     every = sorted(product(DEGREES, repeat=count), key=lambda each: (_size(each), each))
     return tuple(each for each in every if _size(each) <= MOST_TERMS)
 
@@ -166,7 +166,7 @@ def _products(angles: Sequence[Angle], degrees: Sequence[int]) -> tuple[Term, ..
 
 
 def _natural(angles: Sequence[Angle], degrees: Sequence[int]) -> bool:
-    """A length has no half powers; sums of parallel joints stand for products already."""
+    """Whether degrees make sense: a length has no half powers; sums of parallel joints replace products."""
     return all(len(each.joints) == 1 and (each.circular or degree % 2 == 0) for each, degree in zip(angles, degrees))
 
 
@@ -179,7 +179,7 @@ def _functions(angle: Angle, degree: int) -> list[Factor | None]:
 
 
 def _null_vector(terms: tuple[Term, ...], values: Array) -> Relation | None:
-    """The only combination of products that vanishes at the points, outliers trimmed."""
+    """The only combination of products that vanishes at the points, without outliers; None if it is not unique."""
     products = evaluate(terms, values)
     kept = np.ones(len(values), dtype=bool)
     for _ in range(TRIMS):
@@ -203,5 +203,5 @@ def _null_vector(terms: tuple[Term, ...], values: Array) -> Relation | None:
 
 
 def _factors(relation: Relation) -> int:
-    """How many functions it is written with, sums of joints counting for more."""
+    """The number of functions in a relation; sums of joints count more."""
     return sum(1 + len(factor.angle.joints) for term in relation.terms for factor in term)

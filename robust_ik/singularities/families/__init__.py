@@ -1,4 +1,4 @@
-"""From singular configurations to families: conditions on joints, leaves, strata."""
+"""Groups singular configurations in families: conditions on joints, leaves, strata."""
 
 from robust_ik.singularities.families.stratum import Stratum
 

@@ -1,4 +1,4 @@
-"""How many connected pieces a leaf has, angles taken modulo 2π. Arrays only."""
+"""Counts the connected pieces of a leaf, angles modulo 2π. Arrays only."""
 
 from __future__ import annotations
 
@@ -17,23 +17,26 @@ from robust_ik.singularities.find.tangent_walk import REFUSED, Indices, polished
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 
 GRID = {1: 720, 2: 240, 3: 60}
-"""Cells along each angle on which a relation of so many joints is drawn."""
+"""Cells along each angle of the grid for a relation of one, two or three joints."""
 POINTS, LENGTH = 60, 0.25
-"""How many walks from samples, and how long a step is, rad or m."""
+"""Number of walks from samples, and length of a step, rad or m."""
 WALKS = (15, 15, 30)
-"""Steps after which it is seen whether all walks are linked."""
+"""Numbers of steps after which it is checked whether all walks are linked."""
 NEAR = 0.5
-"""Walks are linked where they come as near, rad or m."""
+"""Distance within which walks may be linked, rad or m."""
 STEP, STEPS = 0.12, 12
-"""Of a walk between two places, rad or m. Chosen: NEAR takes five steps straight on; the others allow for bends."""
+"""Length, rad or m, and most steps of a walk between two places.
+
+Chosen: NEAR is five straight steps; the rest is for bends.
+"""
 ROUNDS = 6
-"""How often links are looked for. Chosen: pieces that join two by two, all POINTS of them, are one after six rounds."""
+"""Most rounds of linking. Chosen: if pieces join two by two, all POINTS of them are one after six rounds."""
 
 
 def count_components(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> tuple[int, bool]:
-    """The number of pieces and whether it is exact: pinned and free joints make one piece.
+    """The number of pieces and whether it is exact; pinned and free joints alone make one piece.
 
-    A single relation of up to three joints is drawn on a grid; otherwise samples are linked by walks.
+    For a single relation of up to three joints it is counted on a grid; otherwise samples are linked by walks.
     """
     if not leaf.relations and not leaf.curve:
         return 1, True
@@ -46,7 +49,7 @@ def count_components(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) ->
 
 
 def _on_grid(chain: ScrewChain, leaf: Leaf, joints: list[int]) -> int:
-    """Pieces of the zero set of the relation, as cells of a grid at whose corners it has both signs."""
+    """Pieces of the zero set of the relation: groups of grid cells at whose corners it has both signs."""
     cells = GRID[len(joints)]
     axes = [np.linspace(chain.lower[joint], chain.upper[joint], cells + 1) + 0.01234 for joint in joints]
     values = np.zeros((*(len(axis) for axis in axes), chain.n))
@@ -65,13 +68,13 @@ def _on_grid(chain: ScrewChain, leaf: Leaf, joints: list[int]) -> int:
 
 
 def _pieces(links: Indices, count: int) -> int:
-    """Connected components of a graph with `count` nodes."""
+    """The number of connected components of a graph with `count` nodes."""
     graph = coo_array((np.ones(len(links)), (links[:, 0], links[:, 1])), shape=(count, count))
     return int(connected_components(graph, directed=False)[0]) if count else 0
 
 
 def _linked(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> int:
-    """Pieces that long walks from samples fall into which are linked where a short walk leads from one to another."""
+    """The number of pieces as groups of long walks from samples, linked if a short walk leads from one to the other."""
     values = np.array(leaf.samples[-POINTS:])
     values[:, list(leaf.free)] = leaf.samples[0, list(leaf.free)]
     values = polished(chain, leaf.pinned(values), leaf.corank)
@@ -94,7 +97,7 @@ def _linked(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> int:
 
 
 def _all_links(chain: ScrewChain, leaf: Leaf, places: Array, owner: Indices, links: Indices) -> Indices:
-    """Links between walks, those there were and more, until no more are found."""
+    """The links between walks, extended until no more are found."""
     for _ in range(ROUNDS):
         pairs = _near_pairs(chain, places, owner, links)
         if len(pairs) == 0:
@@ -107,7 +110,7 @@ def _all_links(chain: ScrewChain, leaf: Leaf, places: Array, owner: Indices, lin
 
 
 def _near_pairs(chain: ScrewChain, places: Array, owner: Indices, links: Indices) -> Indices:
-    """For each two pieces so far that come near each other, where they do so most, (P, 2)."""
+    """For each two groups of walks that come near each other, their closest points, (P, 2)."""
     count = int(owner.max()) + 1
     graph = coo_array((np.ones(len(links)), (links[:, 0], links[:, 1])), shape=(count, count))
     piece = connected_components(graph, directed=False)[1][owner]
@@ -123,7 +126,7 @@ def _near_pairs(chain: ScrewChain, places: Array, owner: Indices, links: Indices
 
 
 def _reached(chain: ScrewChain, leaf: Leaf, start: Array, goal: Array) -> Array:
-    """Whether walks along the stratum that always head for their goals get there."""
+    """Whether walks along the stratum that head for their goals reach them."""
     here, dimensions = start.copy(), np.full(len(start), leaf.dimension)
     alive = np.ones(len(start), dtype=bool)
     for _ in range(STEPS):

@@ -1,4 +1,4 @@
-"""What couples the joints of a leaf that are neither free nor pinned: sums that stand still, short relations, curves.
+"""Finds how the joints of a leaf that are neither free nor pinned are coupled: constant sums, short relations, curves.
 
 Arrays only.
 """
@@ -21,21 +21,24 @@ from robust_ik.singularities.find.tangent_walk import tangents, walk
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 
 WALKERS, LONG_WALK = 12, 14
-"""Walks on from one, and their steps: points to fit a relation to where those of a group are of several strata."""
+"""Number of walks that continue one, and their steps: they give points of one stratum if those of a group are mixed."""
 MOST_POINTS = 250
-"""Samples that relations are fitted to. Chosen: eight times the 32 terms that a relation may have (`MOST_TERMS`)."""
+"""Most samples that relations are fitted to.
+
+Chosen: eight times the 32 terms that a relation may have (`MOST_TERMS`).
+"""
 PATH = 17
-"""Samples that lie on one walk: where it starts, and the 16 steps of `walk`."""
+"""Samples on one walk: its start, and the 16 steps of `walk`."""
 CONSTANT = 1e-6
-"""Angles that change less along a walk stand still, rad or m: as joints do, `tangent_walk.STILL`."""
+"""Angles that change less along a walk are constant, rad or m: as joints are, `tangent_walk.STILL`."""
 MOST_SPLITS = 8
-"""Components that samples are split into. Chosen: bounds the work; what is left is read in a later round."""
+"""Most components that samples are split into. Chosen: limits the work; the rest is read in a later round."""
 
 
 def coupled_leaves(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> list[Leaf]:
-    """Finished leaves from an unfinished one, whose samples begin with a walk along one component.
+    """Complete leaves from an incomplete one, whose samples begin with a walk along one component.
 
-    Several, where points of strata with the same free and pinned joints came together.
+    There are several if it has points of several strata with the same free and pinned joints.
     """
     pins = tuple(Pin(pin.angle, nice(pin.angle, pin.value)) for pin in leaf.pins)
     values = leaf.samples[replace(leaf, pins=pins).holds(leaf.samples, 1e-4)]
@@ -56,13 +59,13 @@ def coupled_leaves(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> l
 
 
 def _walked(chain: ScrewChain, starts: Array, leaf: Leaf, steps: int, rng: np.random.Generator) -> Array:
-    """Every place on walks along the leaf."""
+    """All points of walks along the leaf."""
     dimensions = np.full(len(starts), leaf.dimension)
     return walk(chain, starts, leaf.corank, dimensions, rng, steps=steps).values.reshape(-1, chain.n)
 
 
 def _first(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> Leaf:
-    """The leaf of the component that the samples begin on."""
+    """The leaf of the component on which the samples begin."""
     path = leaf.samples[:PATH]
     P = tangents(chain, path, leaf.corank, np.full(len(path), leaf.dimension))
     groups = circuit_groups(candidates(chain, leaf.curve, path), P)
@@ -89,7 +92,7 @@ def _first(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> Leaf:
 def _conditions(
     groups: list[list[Circuit]], values: Array, normals: list[Array], count: int, *, odd: bool = False
 ) -> list[tuple[list[Circuit], Relation | None]]:
-    """The circuits with the shortest relations that together, with some normals known, cut out the codimension."""
+    """The circuits with the shortest relations that, together with known normals, have the full codimension."""
     fitted = [
         (group, _own(group, simplest([circuit.angles for circuit in group], values, odd=odd))) for group in groups
     ]
@@ -103,19 +106,19 @@ def _conditions(
 
 
 def _own(group: Sequence[Circuit], relation: Relation | None) -> Relation | None:
-    """A fit that leaves out joints of every circuit says what a smaller one does, not what these do."""
+    """The relation if it has all joints of some circuit, else None: it then belongs to a smaller circuit."""
     if relation is None or any(set(circuit.joints) <= set(relation.joints) for circuit in group):
         return relation
     return None
 
 
 def _still(group: Sequence[Circuit], path: Array) -> Pin | None:
-    """A sum or difference of the angles of a circuit that has one value along a walk."""
+    """A sum or difference of the angles of a circuit that is constant along a walk."""
     return next((pin for each in group for option in _sums(each.angles) if (pin := _standing(option, path))), None)
 
 
 def _independent(still: Sequence[tuple[list[Circuit], Pin]], n: int) -> list[tuple[list[Circuit], Pin]]:
-    """Those angles that stand still, without what others of them add up to."""
+    """Constant angles without those that are combinations of others."""
     kept: list[tuple[list[Circuit], Pin]] = []
     for group, pin in still:
         rows = np.stack([each.angle.row(n) for _, each in (*kept, (group, pin))])
@@ -125,7 +128,7 @@ def _independent(still: Sequence[tuple[list[Circuit], Pin]], n: int) -> list[tup
 
 
 def _sums(angles: Sequence[Angle]) -> list[Angle]:
-    """The combinations of angles with signs that may stand still."""
+    """Signed sums of angles that may be constant."""
     if len(angles) == 1:
         return [angles[0]]
     if any(len(angle.joints) > 1 or not angle.circular for angle in angles):

@@ -1,7 +1,7 @@
-"""Leaves along which ∂r/∂q vanishes, as where two factors of a determinant meet for good: read by deed alone.
+"""Leaves along which ∂r/∂q vanishes, for example a double factor of a determinant; they are found by trial motions.
 
-Their tangent spaces tell nothing, points reach them only slowly, and no walk stays on them. What is left is to move
-joints and to see, and to compare points: angles that many share are pinned. Arrays only.
+Their tangent spaces give no information, searches approach them slowly, and no walk stays on them. What remains is to
+move joints and test, and to compare points: angles whose values many points share are pinned. Arrays only.
 """
 
 from __future__ import annotations
@@ -22,23 +22,26 @@ from robust_ik.singularities.find.tangent_walk import POLISHED, Mask, polished
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 
 ROUGH = 2e-3
-"""Points that were reached slowly are this far off, rad or m."""
+"""Distance of slowly reached points from the leaf, rad or m."""
 TRIALS = 3
-"""Values that a joint is moved to; it is free if all are singular. Chosen: fewer trust to chance, more take longer."""
+"""Values that a joint is moved to; it is free if all are singular. Chosen: fewer rely on chance, more take longer."""
 MOSTLY = 0.8
-"""Share of points that must agree. Chosen: some are off, near crossings, and most are not."""
+"""Fraction of points that must agree. Chosen: some points are off near crossings, most are not."""
 MOST_COUPLED = 3
-"""Joints of a relation that is fitted. Chosen: more joints take more terms than such rough points can decide."""
+"""Most joints of a fitted relation. Chosen: more joints take more terms than such rough points can decide."""
 NEWTON, STEEP = 5, 1e-3
-"""Newton steps, and σ of ∂r/∂q over σ₁ of a steep direction: `rank_residual.CLEAR`. Chosen: from ROUGH, five do."""
+"""Newton steps, and least σ of ∂r/∂q over σ₁ of a steep direction: `rank_residual.CLEAR`.
+
+Chosen: from ROUGH five suffice.
+"""
 EXACTLY = 1e-12
-"""A multiple of π/12 to rounding, rad."""
+"""Rounding of a multiple of π/12, rad."""
 FEWEST = 3
-"""Fewer points that agree are no family."""
+"""Least number of points that make a family."""
 
 
 def folded_leaves(chain: ScrewChain, values: Array, corank: int, rng: np.random.Generator) -> list[Leaf]:
-    """Leaves of free, pinned and related joints that points (N, n) suggest which cannot be read; to be verified."""
+    """Leaves of free, pinned and related joints, suggested by points (N, n) without clear tangents; to be verified."""
     values = polished(chain, values, corank)
     free = _free(chain, values, corank, rng)
     found = []
@@ -56,7 +59,7 @@ def folded_leaves(chain: ScrewChain, values: Array, corank: int, rng: np.random.
 
 
 def _pinned(chain: ScrewChain, members: Array, joints: list[int]) -> list[Angle]:
-    """Angles of joints, sums of parallel ones too, whose values nearly all points share with others."""
+    """Angles of joints, and sums of parallel ones, whose values nearly all points share with others."""
     found: list[Angle] = []
     for angle in candidates(chain, joints, members):
         rows = np.stack([each.row(chain.n) for each in (*found, angle)])
@@ -72,7 +75,7 @@ def _is_pinned(members: Array, angle: Angle) -> bool:
 
 
 def _free(chain: ScrewChain, values: Array, corank: int, rng: np.random.Generator) -> Mask:
-    """Joints that can be moved alone without the corank falling, (N, n)."""
+    """Joints that can be moved alone without lowering the corank, (N, n)."""
     free = np.ones(values.shape, dtype=bool)
     for joint in range(chain.n):
         for _ in range(TRIALS):
@@ -90,9 +93,9 @@ def _leaf(
     pinned: list[Angle],
     rng: np.random.Generator,
 ) -> list[Leaf]:
-    """Pins at the middle of what members have, or at an exact value near it; for the rest one relation, or a curve.
+    """A leaf from members: pins at their medians or nearby exact values; one relation or a curve for the other joints.
 
-    Joints that are coupled say nothing of the dimension: it is measured around the members.
+    Coupled joints do not determine the dimension, so it is measured around the members.
     """
     free = tuple(int(joint) for joint in np.flatnonzero(labels))
     spoken = {*free, *(joint for angle in pinned for joint in angle.joints)}
@@ -115,9 +118,9 @@ def _leaf(
 
 
 def _pins(chain: ScrewChain, members: Array, corank: int, pinned: list[Angle]) -> tuple[Array, tuple[Pin, ...]]:
-    """What angles are pinned at, and members that are: first the exact values, then the others, which depend on them.
+    """The pins, and members moved to them: first pins at exact values, then the others, which depend on them.
 
-    Where one value is off by δ in a flat direction, those of steep ones follow it.
+    If one value is off by δ in a flat direction, values in steep directions follow it.
     """
     exact = [pin for pin in (_middle(angle, members) for angle in pinned) if _is_exact(pin)]
     members = _settled(chain, _moved(members, exact), corank, [joint for pin in exact for joint in pin.angle.joints])
@@ -127,7 +130,7 @@ def _pins(chain: ScrewChain, members: Array, corank: int, pinned: list[Angle]) -
 
 
 def _middle(angle: Angle, members: Array) -> Pin:
-    """An angle at the median of its values, or at an exact value near it."""
+    """A pin at the median of an angle's values, or at an exact value near it."""
     values = angle.of(members)
     return Pin(angle, nice(angle, float(values[0] + np.median(angle.wrapped(values - values[0]))), ROUGH))
 
@@ -143,7 +146,7 @@ def _moved(values: Array, pins: list[Pin]) -> Array:
 
 
 def _settled(chain: ScrewChain, values: Array, corank: int, pinned: list[int]) -> Array:
-    """Newton steps of the other joints in what is steep, some staying where they are."""
+    """Newton steps in the steep directions, with the `pinned` joints held."""
     for _ in range(NEWTON):
         at = Residual.at(chain, values, corank)
         A = at.derivative.copy()
@@ -156,7 +159,7 @@ def _settled(chain: ScrewChain, values: Array, corank: int, pinned: list[int]) -
 
 
 def _relation(chain: ScrewChain, members: Array, coupled: list[int]) -> Relation | None:
-    """One short relation between all of a few joints."""
+    """A short relation of all of a few joints."""
     if not 2 <= len(coupled) <= MOST_COUPLED:
         return None
     angles = candidates(chain, coupled, members)

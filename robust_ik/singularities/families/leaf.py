@@ -1,4 +1,4 @@
-"""Leaf: one piece of a stratum, with one value for every pinned angle, and members of it. Arrays only."""
+"""Leaf: a part of a stratum with one value for every pinned angle, and members of it. Arrays only."""
 
 from __future__ import annotations
 
@@ -19,28 +19,28 @@ from robust_ik.singularities.geometry.screw_chain import ScrewChain
 Mask = NDArray[np.bool_]
 
 HOLDS = 1e-5
-"""How far an angle or a relation may be off at a point that belongs to a stratum: polished points at crossings are."""
+"""Error of an angle or a relation up to which a point belongs to a stratum: polished points at crossings have it."""
 EXACT = 1e-7
-"""A pinned value this near to a multiple of π/12, or a length this near to zero, is taken to be it."""
+"""A pinned value this close to a multiple of π/12, or a length this close to zero, is replaced by it."""
 CLEAN = 1e-9
-"""σ/σ₁ of members of a leaf with their free joints anywhere."""
+"""Largest σ/σ₁ of members of a leaf, wherever their free joints are."""
 FOLDED = 1e-12
-"""The same where ∂r/∂q vanishes: a value that is off by δ shows as δ² only."""
+"""The same if ∂r/∂q vanishes: an error δ of a value then only shows as δ²."""
 FILLS, MOVES = 24, 12
-"""Random members for a trial, and for that of each joint that is moved away."""
+"""Number of random members for a test, and for the test of each joint that is moved away."""
 AWAY = 0.3
-"""Least distance that a pinned joint is moved away to see whether the singularity goes, rad or m."""
+"""Least motion of a pinned joint, rad or m, in the test whether the singularity is left."""
 
 STEPS, DIFFERENCE, LONGEST = 30, 1e-6, 0.5
-"""Newton steps, half-width of central differences, longest entry of a step, rad or m.
+"""Newton steps, half-width of central differences, largest entry of a step, rad or m.
 
 Chosen: seven steps go half a turn, the others settle; the error of differences is least near the cube root of ε; longer
 steps would leap over solutions.
 """
 SOLVED = 1e-11
-"""Size of all conditions at a point that fulfils them."""
+"""Largest error of any condition at a solution."""
 SMALL = 1e-6
-"""Slopes below this part of the largest one do not lead anywhere."""
+"""Slopes below this fraction of the largest one count as zero."""
 
 
 @dataclass(frozen=True, order=True)
@@ -56,7 +56,7 @@ class Pin:
 
 
 def nice(angle: Angle, value: float, tolerance: float = EXACT) -> float:
-    """The value, or the multiple of π/12 (0 for a length) that it is but for rounding, in (−π, π]."""
+    """The value, replaced by a multiple of π/12 (0 for a length) if it is one up to rounding, in (−π, π]."""
     value = float(angle.wrapped(value))
     exact = round(value * 12 / np.pi) * np.pi / 12 if angle.circular else 0.0
     return float(angle.wrapped(exact)) + 0.0 if abs(value - exact) < tolerance else value
@@ -69,12 +69,12 @@ class Leaf:
     Attributes:
         corank: k.
         dimension: Of the leaf.
-        pins: Angles that stand still, each with its value.
+        pins: Fixed angles, each with its value.
         relations: Short equations between coupled joints.
         free: Joints that may have any value, indices.
-        curve: Joints that are coupled otherwise: no short relation was found.
+        curve: Joints that are coupled without a short relation.
         samples: Generic points, (S, n).
-        folded: Whether ∂r/∂q vanishes along it, so that it has no tangent spaces to be read.
+        folded: Whether ∂r/∂q vanishes along it, so that its tangent spaces cannot be computed.
     """
 
     corank: int
@@ -91,13 +91,13 @@ class Leaf:
 
     @property
     def shape(self) -> tuple[object, ...]:
-        """What leaves of one row have in common: all but the values."""
+        """Everything that leaves of one row have in common: all but the values."""
         forms = tuple(relation.terms for relation in self.relations)
         return self.dimension, tuple(pin.angle for pin in self.pins), self.free, self.curve, forms
 
     @property
     def coupled(self) -> tuple[int, ...]:
-        """Joints that move together, indices: neither free nor pinned each by itself."""
+        """Indices of joints that are neither free nor pinned by themselves."""
         alone = {pin.angle.joints[0] for pin in self.pins if len(pin.angle.joints) == 1}
         together = {joint for relation in self.relations for joint in relation.joints} | set(self.curve)
         together |= {joint for pin in self.pins if len(pin.angle.joints) > 1 for joint in pin.angle.joints}
@@ -110,13 +110,13 @@ class Leaf:
 
     @cached_property
     def _pins(self) -> tuple[Array, Array]:
-        """What pinned angles are of joint values, (n, P), and after how much they come back, (P,)."""
+        """The pinned angles as combinations of joint values, (n, P), and their periods, (P,)."""
         n = self.samples.shape[1]
         rows = [pin.angle.row(n) for pin in self.pins]
         return np.array(rows).reshape(-1, n).T, np.array([pin.angle.period for pin in self.pins])
 
     def off(self, values: Array) -> Array:
-        """By how much pins and relations fail to hold at joint values (N, n), the largest of all, (N,)."""
+        """The largest error of pins and relations at joint values (N, n), (N,)."""
         rows, period = self._pins
         result = np.abs(wrapped(values @ rows - self.values, period)).max(axis=1, initial=0.0)
         for relation in self.relations:
@@ -124,7 +124,7 @@ class Leaf:
         return np.asarray(result)
 
     def holds(self, values: Array, tolerance: float = HOLDS) -> Mask:
-        """Whether pins and relations hold at joint values (N, n); a curve says nothing about its joints."""
+        """Whether pins and relations hold at joint values (N, n); for the joints of a curve nothing is tested."""
         return np.asarray(self.off(values) <= tolerance)
 
     def pinned(self, values: Array) -> Array:
@@ -134,7 +134,7 @@ class Leaf:
         return values
 
     def filled(self, chain: ScrewChain, rng: np.random.Generator, count: int = FILLS, *, each: bool = False) -> Array:
-        """Random members: samples (`each` once, or any) whose free joints are anywhere, (count, n)."""
+        """Random members, (count, n): random samples (or with `each`, every sample once) with random free joints."""
         which = np.arange(count) if each else rng.integers(len(self.samples), size=count)
         values = np.array(self.samples[which])
         values[:, list(self.free)] = chain.random(rng, count)[:, list(self.free)]
@@ -142,7 +142,7 @@ class Leaf:
 
 
 def explained(leaves: Sequence[Leaf], values: Array) -> Mask:
-    """Which singular points (N, n) some leaf accounts for."""
+    """Which singular points (N, n) lie on some leaf."""
     result = np.zeros(len(values), dtype=bool)
     for leaf in leaves:
         result |= leaf.holds(values)
@@ -155,14 +155,14 @@ def is_singular(chain: ScrewChain, values: Array, corank: int) -> Mask:
 
 
 def cleaned(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> Leaf:
-    """The leaf without samples that are too near to a crossing for their free joints to be moved."""
+    """The leaf without samples so close to a crossing that moving their free joints leaves it."""
     values = leaf.filled(chain, rng, len(leaf.samples), each=True)
     kept = relative_sigmas(chain, values)[:, chain.m - leaf.corank] < CLEAN
     return replace(leaf, samples=leaf.samples[kept]) if kept.any() else leaf
 
 
 def verified(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> bool:
-    """Whether random fills of the free joints have just this corank and this dimension."""
+    """Whether random members have exactly this corank and this dimension."""
     values = leaf.filled(chain, rng)
     sigmas = relative_sigmas(chain, values)
     if not np.all(sigmas[:, chain.m - leaf.corank] < (FOLDED if leaf.folded and not leaf.curve else CLEAN)):
@@ -175,12 +175,12 @@ def verified(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> bool:
 
 
 def sound(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> bool:
-    """Whether a leaf passes the trial: members singular wherever their free joints are, no condition superfluous."""
+    """Whether a leaf passes all tests: members singular for any values of free joints, and no needless condition."""
     return verified(chain, leaf, rng) and not superfluous(chain, leaf, rng)
 
 
 def superfluous(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> list[int]:
-    """Joints in conditions that can be moved away, others staying, without the corank falling: none, if all is well."""
+    """Joints in conditions that can be moved alone without lowering the corank: none if all conditions are needed."""
     bound = {joint for pin in leaf.pins for joint in pin.angle.joints} | set(leaf.curve)
     bound |= {joint for relation in leaf.relations for joint in relation.joints}
     joints = sorted(bound)
@@ -193,15 +193,15 @@ def superfluous(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> list
 
 
 def solved(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator, count: int) -> Array:
-    """Joint values at which a leaf's pins and relations hold, (≤ count, n), by Newton's method from anywhere.
+    """Joint values at which a leaf's pins and relations hold, (≤ count, n), by Newton's method from random starts.
 
-    They are members only if its conditions are enough: none are given for a curve, which has no equations.
+    They are members only if its conditions are sufficient. There are none for a curve, which has no equations.
 
     Args:
         chain: What moves the tip.
         leaf: The leaf.
-        rng: For the starts.
-        count: How many starts.
+        rng: Random numbers for the starts.
+        count: Number of starts.
     """
     if leaf.curve:
         return np.empty((0, chain.n))
@@ -215,13 +215,13 @@ def solved(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator, count: int) 
 
 
 def _sides(leaf: Leaf, values: Array) -> Array:
-    """How far each pin and relation is from holding, (N, conditions)."""
+    """Errors of each pin and relation, (N, conditions)."""
     pins = [pin.angle.wrapped(pin.angle.of(values) - pin.value) for pin in leaf.pins]
     return np.stack([*pins, *(relation.of(values) for relation in leaf.relations)], axis=-1)
 
 
 def _slopes(leaf: Leaf, values: Array) -> Array:
-    """Their derivatives by the joints, (N, conditions, n)."""
+    """Their derivatives with respect to the joints, (N, conditions, n)."""
     steps = DIFFERENCE * np.eye(values.shape[1])
     ends = [_sides(leaf, values + step) - _sides(leaf, values - step) for step in steps]
     return np.stack(ends, axis=-1) / (2 * DIFFERENCE)

@@ -1,4 +1,4 @@
-"""From points of one corank to leaves: which joints are free, pinned, coupled, and how. Arrays only."""
+"""Finds leaves from points of one corank: which joints are free, pinned, coupled, and how. Arrays only."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ Mask = NDArray[np.bool_]
 Indices = NDArray[np.int_]
 
 REPRESENTATIVES = 3
-"""Points of a group that are walked from. Chosen: one alone may lie too near to a crossing."""
+"""Points of a group from which walks start. Chosen: one alone may lie too near to a crossing."""
 MANY_GROUPS = 200
-"""Groups beyond which one point of each is. Chosen: bounds the time that walks take."""
+"""Most groups with REPRESENTATIVES points; with more groups one point of each. Chosen: limits the time of walks."""
 SAME_VALUE = 1e-4
-"""Pinned joints of one leaf agree so well at points that were not polished, rad or m."""
+"""Difference up to which pinned joints of one leaf agree at unpolished points, rad or m."""
 
 
 @dataclass(frozen=True, eq=False)
 class Labelled:
-    """Points of exactly one corank with what the tangent spaces say of every joint.
+    """Points of exactly one corank, with labels of every joint from the tangent spaces.
 
     Attributes:
         values: (N, n).
@@ -43,12 +43,12 @@ class Labelled:
     loose: Mask
 
     def select(self, which: Array) -> Labelled:
-        """Some of the points."""
+        """A selection of the points."""
         return Labelled(self.values[which], self.dimensions[which], self.still[which], self.loose[which])
 
 
 def labelled(chain: ScrewChain, values: Array, corank: int, dimensions: Indices) -> Labelled:
-    """What the tangent spaces at readable points (N, n) say."""
+    """Labels of readable points (N, n) from their tangent spaces."""
     P = tangents(chain, values, corank, dimensions)
     return Labelled(values, dimensions, still_joints(P), np.diagonal(P, axis1=1, axis2=2) > 1 - 1e-8)
 
@@ -58,9 +58,9 @@ def discover(chain: ScrewChain, values: Array, corank: int, rng: np.random.Gener
 
     Args:
         chain: What moves the tip.
-        values: Points, (N, n); those that cannot be read are passed over.
+        values: Points, (N, n); those without a clear tangent space are skipped.
         corank: k.
-        rng: For walks and trial motions.
+        rng: Random numbers for walks and trial motions.
     """
     values = polished(chain, values, corank)
     clear, dimensions = readable(chain, values, corank)
@@ -81,7 +81,7 @@ def discover(chain: ScrewChain, values: Array, corank: int, rng: np.random.Gener
 
 
 def _groups(chain: ScrewChain, points: Labelled) -> Iterator[Indices]:
-    """Indices of points that look alike: dimension, labels, pinned values."""
+    """Indices of points with the same dimension, labels and pinned values, group by group."""
     keys = _keys(chain, points)
     _, inverse = np.unique(keys, axis=0, return_inverse=True)
     order = np.argsort(inverse.ravel(), kind="stable")
@@ -99,10 +99,10 @@ def _keys(chain: ScrewChain, points: Labelled) -> Indices:
 
 
 def clusters(values: Array, period: float) -> Indices:
-    """Numbers from 0 for values (N,) that are the same modulo the period."""
+    """The number of its cluster, from 0, for each of the values (N,), modulo the period."""
     if len(values) == 0:
         return np.empty(0, dtype=int)
-    # Shifted by an odd amount, so that no common angle lies where the period ends.
+    # Shifted by an odd amount, so that no usual angle lies at the end of the period.
     shifted = np.asarray(wrapped(values - 0.7654, period))
     order = np.argsort(shifted, kind="stable")
     numbers = np.empty(len(values), dtype=int)
@@ -111,7 +111,7 @@ def clusters(values: Array, period: float) -> Indices:
 
 
 def _free_by_deed(chain: ScrewChain, seeds: Labelled, corank: int, rng: np.random.Generator) -> Mask:
-    """Joints that can be moved anywhere, alone and then together, without the corank falling, (N, n)."""
+    """Joints that can be moved anywhere, alone and then together, without lowering the corank, (N, n)."""
     free = seeds.loose.copy()
     for joint in range(chain.n):
         for _ in range(2):
@@ -132,7 +132,7 @@ def _gathered(
     owner: Indices,
     walked: Walk,
 ) -> Iterator[Leaf]:
-    """Unfinished leaves: the points of all groups whose representatives behave alike, and their walks first."""
+    """Incomplete leaves, from all groups whose representatives have the same labels; their walks come first."""
     keys = _keys(chain, seeds)
     for key in np.unique(keys, axis=0):
         alike = np.flatnonzero((keys == key).all(axis=1))

@@ -1,6 +1,6 @@
-"""Leaves that no point led to, guessed from those that were found: other combinations of values, mirrored values.
+"""Guesses leaves that no point led to, from those found: other combinations of values, mirrored values.
 
-A guess is cheap to try, while a small basin may take thousands of starts to be met. Nothing is taken without trial.
+A guess is cheap to test, while a small basin of attraction may need thousands of starts. Every guess is tested.
 Arrays only.
 """
 
@@ -21,17 +21,17 @@ from robust_ik.singularities.find.tangent_walk import polished, readable
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 
 MOST_COMBINATIONS = 1024
-"""Of the values of all angles: more are not tried."""
+"""Most combinations of the values of all angles that are tried."""
 TRIALS = 2
-"""Random members of a guess that must be singular for it to be verified at all."""
+"""Random members of a guess that must be singular before it is verified."""
 PROJECTED = 60
-"""Samples of a similar leaf that are projected where joints are coupled."""
+"""Samples of a similar leaf that are projected if joints are coupled."""
 
 Options = tuple[Values, ...]
 
 
 def completed(chain: ScrewChain, leaves: Sequence[Leaf], rng: np.random.Generator) -> list[Leaf]:
-    """The leaves of one corank, and others with the same angles and other values, where trial shows that they exist."""
+    """The leaves of one corank, with further ones of the same angles and other values that pass the tests."""
     by_form: dict[tuple[object, ...], list[Leaf]] = {}
     for leaf in leaves:
         by_form.setdefault(leaf.shape, []).append(leaf)
@@ -56,7 +56,7 @@ def _guesses(alike: Sequence[Leaf]) -> Iterator[Values]:
 
 
 def _options(alike: Sequence[Leaf]) -> Iterator[Options]:
-    """For each angle all values that were found; for leaves of pinned angles only, those of each leaf mirrored, too."""
+    """For each angle all values found; for leaves of pinned angles only, also those of each leaf mirrored."""
     exact = [{values_of(leaf)[i]: leaf.pins[i].value for leaf in alike} for i in range(len(alike[0].pins))]
     yield tuple(tuple(each[key] for key in sorted(each)) for each in exact)
     if not alike[0].relations and not alike[0].curve:
@@ -65,7 +65,7 @@ def _options(alike: Sequence[Leaf]) -> Iterator[Options]:
 
 
 def _mirrored(angle: Angle, value: float) -> Values:
-    """A value, and those that a symmetric arm would have as well, each once, ascending."""
+    """A value and those that a symmetric arm would also have, each once, ascending."""
     others = (value, -value, np.pi + value, np.pi - value) if angle.circular else (value, -value)
     return tuple(value for _, value in sorted({round(v, 6) + 0.0: v for v in (nice(angle, o) for o in others)}.items()))
 
@@ -75,7 +75,7 @@ def _rounded(values: Values) -> Values:
 
 
 def _tried(chain: ScrewChain, like: Leaf, guesses: Sequence[Values], rng: np.random.Generator) -> list[Values]:
-    """Those guesses at which a few random members are singular."""
+    """The guesses at which a few random members are singular."""
     if not guesses:
         return []
     members = like.filled(chain, rng, TRIALS * len(guesses))
@@ -86,14 +86,14 @@ def _tried(chain: ScrewChain, like: Leaf, guesses: Sequence[Values], rng: np.ran
 
 
 def _with_values(alike: Sequence[Leaf], values: Values) -> Leaf:
-    """A leaf with other values, made from the one that shares the most."""
+    """A leaf with other values, made from the one that shares the most of them."""
     rounded = _rounded(values)
     like = max(alike, key=lambda leaf: sum(a == b for a, b in zip(values_of(leaf), rounded)))
     return replace(like, pins=tuple(replace(pin, value=value) for pin, value in zip(like.pins, values)))
 
 
 def _projected(chain: ScrewChain, guess: Leaf, rng: np.random.Generator) -> list[Leaf]:
-    """The leaves with given pins and coupled joints, by projection of the samples of a similar one."""
+    """Leaves with given pins and coupled joints, by projecting the samples of a similar one."""
     coupled = {joint for relation in guess.relations for joint in relation.joints} | set(guess.curve)
     open_ = replace(guess, relations=(), curve=tuple(sorted(coupled)))
     values = polished(chain, open_.pinned(guess.samples[:PROJECTED]), guess.corank)

@@ -1,4 +1,4 @@
-"""From leaves to rows: equal leaves joined, values multiplied out, signs of relations explained by pinned joints.
+"""Merges leaves to rows: equal leaves are joined, values combined, signs of relations explained by pinned joints.
 
 Arrays only.
 """
@@ -18,12 +18,12 @@ from robust_ik.singularities.conditions.trig_relations import Factor, Relation
 from robust_ik.singularities.families.leaf import Leaf
 
 SAME = 1e-6
-"""Values and coefficients that differ by less are the same."""
+"""Values and coefficients that differ by less are equal."""
 Values = tuple[float, ...]
 
 
 def joined(leaves: Sequence[Leaf]) -> list[Leaf]:
-    """The leaves without repetitions, the samples of equal ones together."""
+    """The leaves without duplicates; the samples of equal ones are put together."""
     found: list[Leaf] = []
     places: dict[tuple[object, ...], list[int]] = {}
     for leaf in leaves:
@@ -39,7 +39,7 @@ def joined(leaves: Sequence[Leaf]) -> list[Leaf]:
 
 
 def _near(leaf: Leaf, alike: Sequence[Leaf]) -> list[bool]:
-    """Which leaves of the same angles have nearly the same values."""
+    """Which leaves of the same angles have equal values."""
     if not alike:
         return []
     periods = np.array([pin.angle.period for pin in leaf.pins])
@@ -48,7 +48,7 @@ def _near(leaf: Leaf, alike: Sequence[Leaf]) -> list[bool]:
 
 
 def equal(one: Leaf, other: Leaf) -> bool:
-    """Whether two leaves have the same conditions; of curves, that they are of the same joints."""
+    """Whether two leaves have the same conditions; curves are equal if they have the same joints."""
     if one.corank != other.corank or one.shape != other.shape:
         return False
     if not _near(one, [other])[0]:
@@ -57,18 +57,19 @@ def equal(one: Leaf, other: Leaf) -> bool:
 
 
 def same_coefficients(a: Relation, b: Relation) -> bool:
-    """Whether two relations with the same terms say the same: coefficients up to a common sign."""
+    """Whether two relations with the same terms are equal: their coefficients up to a common sign."""
     return bool(min(np.abs(a.coefficients - sign * b.coefficients).max() for sign in (1, -1)) < SAME)
 
 
 def rows(leaves: Sequence[Leaf]) -> list[list[Leaf]]:
-    """Leaves put together where their conditions differ in values only and the values are all combinations of some.
+    """Groups of leaves whose conditions differ in values only, and whose values are all combinations of some values.
 
     Args:
-        leaves: Of one corank, none twice.
+        leaves: Leaves of one corank, without duplicates.
 
     Returns:
-        Groups; in each, pins have the same angles and relations the same terms, signs being functions of pinned angles.
+        The groups; in each, pins have the same angles and relations the same terms; signs are functions of pinned
+        angles.
     """
     found: list[list[Leaf]] = []
     remaining = list(leaves)
@@ -81,7 +82,7 @@ def rows(leaves: Sequence[Leaf]) -> list[list[Leaf]]:
 
 
 def _one_form(one: Leaf, other: Leaf) -> bool:
-    """The same terms, and coefficients of the same magnitudes."""
+    """Whether two leaves have the same terms, with coefficients of the same magnitudes."""
     return one.shape == other.shape and all(
         np.abs(np.abs(a.coefficients) - np.abs(b.coefficients)).max() < SAME
         for a, b in zip(one.relations, other.relations)
@@ -89,7 +90,7 @@ def _one_form(one: Leaf, other: Leaf) -> bool:
 
 
 def _with_one_relation(leaves: list[Leaf]) -> list[list[Leaf]]:
-    """Leaves whose relations are the same, their terms times cosines or sines of pinned angles where signs differ."""
+    """Leaves with equal relations; if signs differ, terms are multiplied by cosines or sines of pinned angles."""
     for index in range(len(leaves[0].relations)):
         common = _signed(leaves, index)
         if common is None:
@@ -117,7 +118,7 @@ def _by_relation(leaves: list[Leaf]) -> list[list[Leaf]]:
 
 
 def _signed(leaves: Sequence[Leaf], index: int) -> Relation | None:
-    """One relation for all leaves, or None if no pinned angle explains how signs differ."""
+    """One relation for all leaves, or None if no pinned angle explains the different signs."""
     first = leaves[0].relations[index]
     reference = int(np.argmax(np.abs(first.coefficients) > 1 - SAME))
     table = np.stack([each.relations[index].coefficients for each in leaves])
@@ -138,7 +139,7 @@ def _signed(leaves: Sequence[Leaf], index: int) -> Relation | None:
 
 
 def _sign_function(leaves: Sequence[Leaf], pattern: Array) -> tuple[Factor, float] | None:
-    """The cosine or sine of a pinned angle that is ±pattern at every leaf, and the sign."""
+    """The cosine or sine of a pinned angle that equals ±pattern at every leaf, and the sign."""
     for position, pin in enumerate(leaves[0].pins):
         values = np.array([leaf.pins[position].value for leaf in leaves])
         for kind, function in (("cos", np.cos), ("sin", np.sin)):
@@ -149,7 +150,7 @@ def _sign_function(leaves: Sequence[Leaf], pattern: Array) -> tuple[Factor, floa
 
 
 def _boxes(leaves: list[Leaf]) -> list[list[Leaf]]:
-    """Leaves in as few groups as can be whose values are all combinations of values of each angle."""
+    """Leaves in as few groups as possible whose values are all combinations of values of each angle."""
     table = {values_of(leaf): leaf for leaf in leaves}
     found = []
     while table:
@@ -164,7 +165,7 @@ def _count(box: Sequence[Values]) -> int:
 
 
 def _box(start: Values, table: dict[Values, Leaf]) -> list[Values]:
-    """A largest set of combinations around one, angle by angle."""
+    """A largest set of combinations around one, extended angle by angle."""
     box: list[Values] = [(value,) for value in start]
     for position in range(len(start)):
         for value in sorted({values[position] for values in table}):
@@ -175,5 +176,5 @@ def _box(start: Values, table: dict[Values, Leaf]) -> list[Values]:
 
 
 def values_of(leaf: Leaf) -> Values:
-    """The pinned values, rounded so that equal ones compare equal."""
+    """The pinned values, rounded so that equal ones are equal as floats."""
     return tuple(round(pin.value, 6) + 0.0 for pin in leaf.pins)

@@ -1,4 +1,4 @@
-"""Every leaf of one corank that points lead to: discovered, verified by deed, completed. Arrays only."""
+"""Finds all leaves of one corank from points: discovers, tests and completes them. Arrays only."""
 
 from __future__ import annotations
 
@@ -17,24 +17,25 @@ from robust_ik.singularities.find.tangent_walk import Mask, polished, readable
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 
 AT_CROSSINGS = 2e-3
-"""Points that cannot be read lie at crossings, where ‖r‖ ≤ 1e-11 still allows such distances, rad or m."""
+"""Distance at which points without a clear tangent space, near crossings, still count as on a leaf, rad or m."""
 NEAR_CROSSINGS, BESIDE, MOSTLY = 0.01, 12, 0.7
-"""At crossings of several strata they may be this far off, rad or m; of so many points around such a one this part must
-lead to known leaves for it to count as one of theirs."""
+"""At crossings of several strata points may be this far off, rad or m; of this many points around such a point, this
+fraction must lead to known leaves for it to count as on one.
+"""
 SHAKE = 0.1
 """Standard deviation, rad or m, by which such points are moved. Chosen: ten times NEAR_CROSSINGS, and still nearby."""
 ROUNDS = 3
-"""How often what is not accounted for is read. Chosen: the second and third read moved points; more take longer."""
+"""Rounds in which points without a leaf are read. Chosen: the second and third read moved points; more take longer."""
 KEPT = 400
-"""Samples of a leaf that are kept."""
+"""Most samples of a leaf that are kept."""
 
 
 @dataclass(frozen=True, eq=False)
 class Survey:
-    """What points of one corank led to.
+    """The leaves that points of one corank led to.
 
     Attributes:
-        leaves: All verified.
+        leaves: The verified leaves.
         explained: Which points lie on one of them, or on a leaf of higher corank, (N,).
         rejected: How many leaves failed the verification.
     """
@@ -59,7 +60,7 @@ def survey(
         chain: What moves the tip.
         corank: k.
         values: Points whose corank is at least k, (N, n).
-        rng: For walks, fills and shakes.
+        rng: Random numbers for walks, members and shakes.
         known: Leaves of this corank that were found before.
         higher: Leaves of higher corank: points on them are accounted for.
     """
@@ -70,7 +71,7 @@ def survey(
         if len(rest) == 0:
             break
         if round_ > 0:
-            # What cannot be read where it is may be read beside.
+            # Points without a clear tangent space may have one nearby.
             rest = polished(chain, rest + SHAKE * rng.standard_normal(rest.shape), corank)
         candidates = joined([cleaned(chain, leaf, rng) for leaf in discover(chain, rest, corank, rng)])
         leaves, failed = _found_anew(chain, leaves, candidates, rng)
@@ -86,9 +87,9 @@ def survey(
 def accounts(chain: ScrewChain, corank: int, leaves: Sequence[Leaf], values: Array) -> Mask:
     """Which points (N, n), of corank k at least, lie on one of the leaves.
 
-    Points that cannot be read are matched with more tolerance; a curve, which has no equation, accounts for those
-    points where its pins hold and that have its dimension, if they can be read. Where several strata cross, ‖r‖ is tiny
-    even farther away from all of them: what counts there is where nearby points lead to.
+    Points without a clear tangent space are matched with more tolerance. A curve has no equation: a point lies on it if
+    its pins hold there, and, if the tangent space is clear, if the dimension is that of the curve. Where several strata
+    cross, ‖r‖ is tiny even farther away from all of them: there it is tested where nearby points lead to.
     """
     result, plain = _on_leaves(chain, corank, leaves, values)
     doubtful = np.flatnonzero(~result & ~plain)
@@ -105,7 +106,7 @@ def accounts(chain: ScrewChain, corank: int, leaves: Sequence[Leaf], values: Arr
 
 
 def _on_leaves(chain: ScrewChain, corank: int, leaves: Sequence[Leaf], values: Array) -> tuple[Mask, Mask]:
-    """Which points lie on one of the leaves, and which can be read and seem to have no larger dimension than these."""
+    """Which points lie on one of the leaves, and which have a clear dimension not larger than that of the leaves."""
     clear, dimensions = readable(chain, values, corank)
     tolerance, result = np.where(clear, HOLDS, AT_CROSSINGS), np.zeros(len(values), dtype=bool)
     for leaf in leaves:
@@ -120,18 +121,18 @@ def _on_leaves(chain: ScrewChain, corank: int, leaves: Sequence[Leaf], values: A
 def _found_anew(
     chain: ScrewChain, leaves: Sequence[Leaf], candidates: Sequence[Leaf], rng: np.random.Generator
 ) -> tuple[list[Leaf], int]:
-    """The leaves with those candidates that pass the trial and what they suggest, and how many do not pass."""
+    """The leaves with those candidates that pass the tests, completed, and the number of those that do not pass."""
     good = [leaf for leaf in candidates if sound(chain, leaf, rng)]
     return uncovered(completed(chain, joined([*leaves, *good]), rng)), len(candidates) - len(good)
 
 
 def uncovered(leaves: Sequence[Leaf]) -> list[Leaf]:
-    """The leaves without curves that others, which have equations, have all the samples of."""
+    """The leaves without curves whose samples all lie on leaves with equations."""
     related = [leaf for leaf in leaves if not leaf.curve]
     return [leaf for leaf in leaves if not _is_covered(leaf, related)]
 
 
 def _is_covered(leaf: Leaf, others: Sequence[Leaf]) -> bool:
-    """Whether a curve is one of the other leaves, which say more, unnoticed for want of points."""
+    """Whether a curve is the same as other leaves, which have equations: too few points to fit them were at hand."""
     same = [other for other in others if other.dimension == leaf.dimension]
     return bool(leaf.curve) and bool(explained(same, leaf.samples).all())

@@ -1,4 +1,4 @@
-"""Which part of a leaf lies within the joint limits, and by how much. Arrays only."""
+"""The part of a leaf within the joint limits, and its margin to them. Arrays only."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from robust_ik.singularities.find.tangent_walk import polished, readable, tangen
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 
 BEST = 12
-"""Samples from which the slack of coupled joints is driven up."""
+"""Samples from which the slack of coupled joints is increased."""
 CLIMBS, STEP = 20, 0.2
-"""Steps of the ascent, and the length of the first, rad or m. Chosen: twenty halvings take it to 2e-7."""
+"""Steps of the ascent, and length of the first one, rad or m. Chosen: twenty halvings take it to 2e-7."""
 
 
 def slack(values: Array, lower: Array, upper: Array, period: Array) -> Array:
-    """How far inside its limits each joint can be by whole turns, (..., n); negative outside.
+    """How far inside its limits each joint can be, modulo whole turns, (..., n); negative outside.
 
     Args:
         values: Joint values, (..., n).
-        lower: (n,), −∞ where there is no limit.
-        upper: (n,).
-        period: (n,).
+        lower: Lower limits, (n,), −∞ for none.
+        upper: Upper limits, (n,).
+        period: Periods, (n,), infinite for joints that slide.
     """
     both = np.isfinite(lower) & np.isfinite(upper)
     center = np.where(both, (np.where(both, lower, 0.0) + np.where(both, upper, 0.0)) / 2, 0.0)
@@ -33,7 +33,7 @@ def slack(values: Array, lower: Array, upper: Array, period: Array) -> Array:
 
 
 def pin_slack(pin: Pin, lower: Array, upper: Array) -> float:
-    """The same for a pinned angle, shared evenly by the joints of a sum."""
+    """The slack of a pinned angle, shared evenly by the joints of a sum."""
     joints, signs = list(pin.angle.joints), np.array(pin.angle.signs)
     ends = np.sort(np.stack([signs * lower[joints], signs * upper[joints]]), axis=0).sum(axis=1)
     alone = slack(np.array([pin.value]), ends[:1], ends[1:], np.array([pin.angle.period]))
@@ -41,12 +41,12 @@ def pin_slack(pin: Pin, lower: Array, upper: Array) -> float:
 
 
 def margin(chain: ScrewChain, leaf: Leaf, lower: Array, upper: Array) -> float:
-    """Of the leaf's member farthest inside the limits, the least slack; an estimate from below for coupled joints.
+    """The least slack of the member farthest inside the limits; for coupled joints an estimate from below.
 
     Args:
         chain: What moves the tip.
         leaf: The leaf.
-        lower: Lower limits, (n,), rad or m; −∞ where there is none.
+        lower: Lower limits, (n,), rad or m; −∞ for none.
         upper: Upper limits.
     """
     best = np.inf
@@ -59,7 +59,7 @@ def margin(chain: ScrewChain, leaf: Leaf, lower: Array, upper: Array) -> float:
 
 
 def _climbed(chain: ScrewChain, leaf: Leaf, joints: list[int], lower: Array, upper: Array) -> float:
-    """The largest least slack of coupled joints that ascent from the best samples finds."""
+    """The largest value of the coupled joints' least slack that ascent from the best samples finds."""
 
     def least(values: Array) -> Array:
         return np.asarray(slack(values, lower, upper, chain.period)[:, joints].min(axis=1))

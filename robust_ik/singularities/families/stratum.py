@@ -16,7 +16,7 @@ from robust_ik.singularities.families.leaf_merging import Values, values_of
 from robust_ik.singularities.lost_motion.along_a_stratum import Lost
 
 SAMPLES = 64
-"""Samples that a row carries."""
+"""Most samples of a row."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Condition:
     Attributes:
         angle: Of one joint, or a sum of several.
         values: Rad or m, ascending.
-        words: As people write it.
+        words: The condition as text.
     """
 
     angle: Angle
@@ -43,25 +43,25 @@ class Stratum:
 
     Attributes:
         corank: How many directions are lost.
-        conditions: Angles that have one of a few values each; all combinations are meant.
+        conditions: Angles that have one of a few values each; all combinations belong to it.
         relations: Equations between coupled joints; their angles count joints from 1.
         equations: The relations in words.
         free: Joints that may have any value, indices from 0.
-        curve: Joints that are coupled with no short relation: their samples are the answer.
+        curve: Joints that are coupled without a short relation: only the samples describe them.
         components: How many connected pieces the family has, angles taken modulo 2π.
         counted: Whether `components` is exact; else it is an estimate from samples.
-        dimension: Of the family: n less the number of independent conditions.
+        dimension: Dimension of the family: n minus the number of independent conditions.
         samples: Configurations on it as joint values, rad or m, (S, n).
-        residual: Largest σ_{m−k+1}/σ₁ at random members: that the family is singular.
-        off: Largest σ_{m−k+1} at them of the model as it was given, in the units of the Jacobian; 0 to rounding
+        residual: Largest σ_{m−k+1}/σ₁ at random members; it shows that the family is singular.
+        off: Largest σ_{m−k+1} of the model as given, at these members, in the units of the Jacobian; 0 up to rounding
             unless the model's angles are rounded.
-        floor: Largest value that it still has where descent from them ends: 0 if the model as given has such
-            configurations itself, nearby.
+        floor: Largest σ_{m−k+1} that remains after descent from them: 0 if the model as given has such configurations
+            too, nearby.
         within_limits: Whether some of it lies within the joint limits.
-        margin: Of the member that is farthest inside the limits, the least distance of a joint to one of its limits,
-            rad or m; negative by how far the limits exclude the family; infinite without limits.
-        inside: Those values of the conditions, one for each, at which some of it lies within the limits.
-        lost: What is lost there.
+        margin: The least distance of a joint to one of its limits, for the member that is farthest inside the limits,
+            rad or m; negative if the limits exclude the family; infinite without limits.
+        inside: The combinations of values at which some of it lies within the limits.
+        lost: The motion that is lost.
     """
 
     corank: int
@@ -90,7 +90,7 @@ class Stratum:
 
     @property
     def words(self) -> str:
-        """All conditions: "q2 ∈ {0, π} and q3 = ±π/2"."""
+        """All conditions as text: "q2 ∈ {0, π} and q3 = ±π/2"."""
         parts = [*(each.words for each in self.conditions), *self.equations]
         if self.curve:
             names = ", ".join(f"q{joint + 1}" for joint in self.curve)
@@ -99,7 +99,7 @@ class Stratum:
 
     @property
     def leaves(self) -> tuple[Leaf, ...]:
-        """Its pieces, one for every combination of values; those of a relation that is a curve share samples."""
+        """Its leaves, one for each combination of values; those with a curve share samples."""
         found = []
         for values in _combinations([each.values for each in self.conditions]):
             pins = tuple(Pin(each.angle, value) for each, value in zip(self.conditions, values))
@@ -122,7 +122,7 @@ def _combinations(values: Sequence[Values]) -> list[Values]:
 
 
 def stratum(leaves: Sequence[Leaf], known: Symbols, components: tuple[int, bool], residual: float) -> Stratum:
-    """The row that leaves make up: the same angles, values in all combinations."""
+    """The row made of leaves: the same angles, values in all combinations."""
     first = leaves[0]
     exact = [{values_of(leaf)[i]: leaf.pins[i].value for leaf in leaves} for i in range(len(first.pins))]
     order = sorted(range(len(exact)), key=lambda i: (len(first.pins[i].angle.joints), first.pins[i].angle.joints))

@@ -1,4 +1,4 @@
-"""Rows of the atlas from verified leaves: words, pieces, limits, floors."""
+"""Makes the rows of the atlas from verified leaves: words, pieces, limits, floors."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ from robust_ik.singularities.find.tangent_walk import relative_sigmas
 from robust_ik.singularities.lost_motion.along_a_stratum import lost_along
 
 FILLS = 16
-"""Random members of a leaf that σ is measured at. Chosen: more see more of the largest, and take longer."""
+"""Random members of a leaf at which σ is measured. Chosen: more find a larger largest σ, but take longer."""
 EDGE = 1e-9
-"""A margin above minus this is within the limits, rad."""
+"""A margin above minus this counts as within the limits, rad."""
 
 
 def make_rows(facts: RobotFacts, leaves: Sequence[Leaf], rng: np.random.Generator) -> Iterator[list[Stratum]]:
-    """The rows of one corank after the other, of each that has any, coranks ascending."""
+    """The rows of each corank that has any, coranks ascending."""
     for corank in sorted({leaf.corank for leaf in leaves}):
         groups = rows([leaf for leaf in leaves if leaf.corank == corank])
         yield sorted((_row(facts, group, rng) for group in groups), key=_order)
 
 
 def _order(row: Stratum) -> tuple[int, int, tuple[tuple[int, ...], ...], str]:
-    """Large dimensions first, then by joints."""
+    """A sort key: large dimensions first, then by joints."""
     return row.corank, -row.dimension, tuple(each.angle.joints for each in row.conditions), row.words
 
 
@@ -48,7 +48,7 @@ def _row(facts: RobotFacts, leaves: Sequence[Leaf], rng: np.random.Generator) ->
 
 
 def _as_given(facts: RobotFacts, corank: int, members: Array) -> tuple[float, float]:
-    """Largest σ_{m−k+1} of the model as given at members (N, n) of a stratum, and where descent from them ends."""
+    """Largest σ_{m−k+1} of the model as given, at members (N, n) of a stratum, and after descent from them."""
     weakest = facts.given.m - corank
     off = float(svd(facts.given.jacobian(members)).s[:, weakest].max())
     if facts.given is facts.chain:
@@ -58,7 +58,7 @@ def _as_given(facts: RobotFacts, corank: int, members: Array) -> tuple[float, fl
 
 
 def _within(facts: RobotFacts, row: Stratum) -> Stratum:
-    """The row with what the joint limits leave of it."""
+    """The row with the part of it that lies within the joint limits."""
     margins = [(margin(facts.chain, leaf, facts.lower, facts.upper), leaf) for leaf in row.leaves]
     inside = tuple(tuple(pin.value for pin in leaf.pins) for size, leaf in margins if size >= -EDGE)
     return replace(row, within_limits=bool(inside), margin=max(size for size, _ in margins), inside=inside)

@@ -1,4 +1,4 @@
-"""One search by gradients, step by step: how the singular values fall and how far the gradient turns. Arrays only.
+"""The history of one gradient search: how singular values fall and how far the gradient turns. Arrays only.
 
 Source: Almarkhi-Maciejewski, figures 1 to 3.
 """
@@ -23,10 +23,10 @@ class Descent:
     """Every step of one search.
 
     Attributes:
-        corank: k: σ_{m−k+1} was to be brought to zero.
+        corank: k: σ_{m−k+1} should become zero.
         values: Joint values, (T + 1, n).
         s: Singular values, (T + 1, m).
-        gradients: What each step went against, (T, n).
+        gradients: The gradient of each step, which goes against it, (T, n).
     """
 
     corank: int
@@ -48,7 +48,7 @@ class Descent:
 
     @property
     def converged(self) -> bool:
-        """Whether σ_{m−k+1} came below the paper's ε of 1e-6."""
+        """Whether σ_{m−k+1} fell below the paper's ε of 1e-6."""
         return bool(self.weakest[-1, 0] <= FOUND)
 
     @property
@@ -67,18 +67,18 @@ def descend(
     rotated: bool = True,
     most: int = 200,
 ) -> Descent:
-    """Follows (11) from a start until σ_{m−k+1} is below ε, no step descends, or there were enough steps.
+    """Follows eq. (11) from a start until σ_{m−k+1} is below ε, no step descends, or `most` steps are made.
 
     Args:
         chain: What moves the tip.
         corank: k.
         start: Joint values, (n,).
-        step: α of (11), the same in every step; by default the best one is searched for in each.
-        rotated: Whether clusters are rotated and combined, (12) to (14), with the best step only.
-        most: Steps.
+        step: α of eq. (11), the same in every step; by default the best one is searched for in each.
+        rotated: Whether clusters are rotated and combined, eqs. (12) to (14); only with the default step.
+        most: Most steps.
 
     Raises:
-        InputError: There cannot be such a corank, or a parameter is out of range.
+        InputError: The chain cannot have this corank, or a parameter is out of range.
     """
     check_corank(chain, corank)
     start = as_array(start, "start", (chain.n,))

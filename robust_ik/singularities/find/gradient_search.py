@@ -1,7 +1,7 @@
-"""The paper's own search, as a baseline: steepest descent of σ_{m−k+1}, clusters rotated. NumPy only.
+"""The search of the paper, as a baseline: steepest descent of σ_{m−k+1}, with rotated clusters. NumPy only.
 
-What the paper leaves open is set here: σ within 2 % of each other are a cluster, and both its one-dimensional searches,
-of a step's length and of γ, are over grids.
+Two choices that the paper leaves open: σ within 2 % of each other are a cluster, and both one-dimensional searches, for
+a step's length and for γ, are over grids.
 
 Source: Almarkhi-Maciejewski, section 2.2, eqs. (11) to (14).
 """
@@ -19,28 +19,31 @@ from robust_ik.singularities.find.rank_residual import Indices, Residual
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 
 STEPS = 200
-"""Of a search. Chosen: where it succeeds, the median is up to 140 (docs/singularities.md)."""
+"""Most steps of a search. Chosen: where it succeeds, the median is up to 140 (docs/singularities.md)."""
 FOUND = 1e-6
-"""σ_{m−k+1} that counts as zero, the paper's ε; then the point is polished."""
+"""σ_{m−k+1} that counts as zero, the paper's ε; below it the point is polished."""
 CLUSTER = 0.02
-"""Relative distance of singular values that counts as none."""
+"""Relative difference of singular values up to which they are a cluster."""
 PATIENCE = 3
-"""Steps without descent that end a search. Chosen: more take longer; the paper's claims are measured with 50."""
+"""Steps without descent after which a search ends.
+
+Chosen: more take longer; the paper's claims are measured with 50.
+"""
 COARSE = 2.0 ** np.arange(2, -14, -1)
-"""Lengths of steps to try, of the one that brings a linear σ to zero."""
+"""Lengths of steps to try, in units of the step that makes a linear σ zero."""
 FINE = np.linspace(0.55, 1.9, 10)
-"""Lengths to try after that, of the best one."""
+"""Lengths to try next, in units of the best one."""
 GAMMAS = np.linspace(0.0, 1.0, 6)
 """The grid for γ of (13). Chosen: each value costs a line search; finer ones take longer."""
 ANGLES = np.linspace(0.0, np.pi / 2, 25)
-"""The grid for the turn of two clustered vectors, rad: a quarter turn swaps them. Chosen: steps of 3.75°."""
+"""The grid for the rotation of two clustered vectors, rad: a quarter turn swaps them. Chosen: steps of 3.75°."""
 SWEEPS = 3
-"""Over all pairs of a cluster of three or more. Chosen: turns of one pair move the others, but ever less."""
+"""Sweeps over all pairs of a cluster of three or more. Chosen: turns of one pair move the others, but less and less."""
 
 
 @dataclass(frozen=True, eq=False)
 class Slope:
-    """The k smallest singular values at N configurations and how they change.
+    """The k smallest singular values at N configurations, and their derivatives.
 
     Attributes:
         weakest: σ_{m−k+1} to σ_m, (N, k).
@@ -52,14 +55,14 @@ class Slope:
 
     @classmethod
     def at(cls, chain: ScrewChain, values: Array, corank: int) -> Slope:
-        """At joint values (N, n)."""
+        """The slope at joint values (N, n)."""
         found = svd(chain.jacobian(values))
         right = np.swapaxes(found.Vt[:, chain.m - corank :], -1, -2)
         return cls(found.s[:, chain.m - corank :], chain.contraction(values, found.U[..., chain.m - corank :], right))
 
     @property
     def cluster(self) -> Indices:
-        """How many singular values are near the target's, itself included, (N,)."""
+        """How many singular values are near the target's, including itself, (N,)."""
         near = self.weakest >= (1 - CLUSTER) * self.weakest[:, :1]
         return np.asarray(np.sum(np.cumprod(near, axis=1), axis=1))
 
@@ -73,15 +76,15 @@ def gradient_search(
     rotated: bool = True,
     patience: int = PATIENCE,
 ) -> SearchEnds:
-    """Steepest descent of σ_{m−k+1}, what comes below FOUND polished to the tolerance.
+    """Steepest descent of σ_{m−k+1}; values below FOUND are polished to the tolerance.
 
     Args:
         chain: What moves the tip.
         corank: k.
         starts: Joint values, (N, n).
         tolerance: ‖r‖/σ₁ that counts as zero.
-        rotated: Whether clusters are rotated and combined; without, the gradient is that of the vectors that the SVD
-            happens to give there.
+        rotated: Whether clusters are rotated and combined; otherwise the gradient is that of the arbitrary vectors of
+            the SVD.
         patience: Steps without descent after which a search is given up.
     """
     values = starts.copy()
@@ -110,7 +113,7 @@ def _targets(chain: ScrewChain, values: Array, corank: int) -> Array:
 
 
 def directions(chain: ScrewChain, values: Array, slope: Slope, *, rotated: bool = True) -> Array:
-    """What (11) goes against at each of the values: ∂σ_{m−k+1}/∂q, within clusters (13), (N, n)."""
+    """The gradient in eq. (11) at each of the values: ∂σ_{m−k+1}/∂q, within clusters eq. (13), (N, n)."""
     corank = slope.weakest.shape[1]
     chosen = slope.block[:, 0, 0].copy()
     clusters = slope.cluster
@@ -125,7 +128,7 @@ def directions(chain: ScrewChain, values: Array, slope: Slope, *, rotated: bool 
 def line_search(
     chain: ScrewChain, values: Array, corank: int, sigma: Array, directions: Array, *, refine: bool = True
 ) -> tuple[Array, Array]:
-    """Where σ_{m−k+1} is least along −directions, and how large it is there; where it is nowhere less, no step."""
+    """The points along −directions with the least σ_{m−k+1}, and its values there; no step if it falls nowhere."""
     squared = np.sum(directions**2, axis=1)
     unit = directions * (sigma / np.where(squared > 0, squared, 1.0))[:, None]
     longest = np.abs(unit).max(axis=1, keepdims=True)
@@ -144,9 +147,9 @@ def line_search(
 
 
 def rotated_gradients(block: Array) -> Array:
-    """The gradients of clustered singular values for the bases in which they point most nearly the same way.
+    """The gradients of clustered singular values, in the bases in which their directions agree best.
 
-    Pairs (u, v) are rotated by (12), plane by plane, to the least sum of angles (14).
+    Pairs (u, v) are rotated by eq. (12), plane by plane, to the least sum of angles, eq. (14).
 
     Args:
         block: u_aᵀ (∂J/∂q) v_b within the clusters, (N, c, c, n).
@@ -164,7 +167,7 @@ def rotated_gradients(block: Array) -> Array:
 
 
 def _turned(block: Array, a: int, b: int) -> Array:
-    """The blocks (N, c, c, n) after the best of ANGLES in the plane of pairs a and b."""
+    """The blocks (N, c, c, n) after the best rotation of ANGLES in the plane of pairs a and b."""
     turn = np.broadcast_to(np.eye(block.shape[1]), (len(ANGLES), block.shape[1], block.shape[1])).copy()
     turn[:, a, a] = turn[:, b, b] = np.cos(ANGLES)
     turn[:, a, b], turn[:, b, a] = np.sin(ANGLES), -np.sin(ANGLES)
@@ -176,7 +179,7 @@ def _turned(block: Array, a: int, b: int) -> Array:
 
 
 def _combined(chain: ScrewChain, values: Array, corank: int, sigma: Array, gradients: Array) -> Array:
-    """The gradients (N, c, n) folded into one by (13), each γ the one that leads to the least σ_{m−k+1}."""
+    """The gradients (N, c, n) combined to one by eq. (13), with each γ that leads to the least σ_{m−k+1}."""
     direction = gradients[:, 0]
     for other in np.moveaxis(gradients[:, 1:], 1, 0):
         tried = [gamma * direction + (1 - gamma) * other for gamma in GAMMAS]

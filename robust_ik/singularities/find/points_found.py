@@ -1,4 +1,4 @@
-"""What a search for singular configurations returns. NumPy only."""
+"""The result of a search for singular configurations. NumPy only."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ ARRAYS = ("values", "residual", "iterations", "coranks", "dimensions", "folded",
 
 @dataclass(frozen=True, eq=False)
 class Points:
-    """Singular configurations that a search found, S of them, and where the other F searches ended.
+    """The S singular configurations that a search found, and the ends of its F failed searches.
 
     Attributes:
         corank: The corank k that was looked for; at each point it is at least that.
         values: Joint values, angles in [−π, π), (S, n).
         residual: ‖r‖/σ₁ of each, at most the tolerance, (S,).
         iterations: Steps tried on the way to it, (S,).
-        coranks: Corank at each, (S,): more than k where strata of higher corank were met.
+        coranks: Corank at each, (S,): more than k on strata of higher corank.
         dimensions: Local dimension of the stratum at each, (S,).
-        folded: Where the residual vanishes to second order in some direction off the stratum, (S,): a crossing that no
-            shake led away from, or a stratum that is like that everywhere. n − rank ∂r/∂q is more than the dimension
-            there, which is measured by samples instead.
-        minima: Where the searches that failed ended, local minima as a rule, (F, n).
+        folded: Whether the residual vanishes to second order in some direction off the stratum, (S,): at a crossing
+            that no shake left, or everywhere on some strata. There n − rank ∂r/∂q is more than the dimension, which is
+            measured by samples instead.
+        minima: Ends of the failed searches, usually local minima, (F, n).
         floors: ‖r‖/σ₁ there, (F,).
     """
 
@@ -48,7 +48,7 @@ class Points:
 
     @classmethod
     def joined(cls, parts: Sequence[Points]) -> Points:
-        """Those of several searches for one corank, in their order."""
+        """The points of several searches for one corank, in order."""
         arrays = {name: np.concatenate([getattr(part, name) for part in parts]) for name in ARRAYS}
         return cls(corank=parts[0].corank, **arrays)
 
@@ -57,7 +57,7 @@ class Points:
 
     @property
     def exact(self) -> Mask:
-        """Which points have just the corank that was looked for, (S,)."""
+        """Which points have exactly the corank that was looked for, (S,)."""
         return np.asarray(self.coranks == self.corank)
 
     @property
@@ -67,5 +67,5 @@ class Points:
 
     @property
     def success(self) -> float:
-        """Which part of the starts led to a point."""
+        """The fraction of starts that led to a point."""
         return len(self) / (len(self) + self.failed)

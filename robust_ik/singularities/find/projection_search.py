@@ -1,4 +1,4 @@
-"""Levenberg and Marquardt's method for N searches at once. Arrays only."""
+"""The Levenberg-Marquardt method for N searches at once. Arrays only."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from robust_ik.singularities.geometry.screw_chain import ScrewChain
 TOLERANCE = 1e-11
 """‖r‖/σ₁ that counts as zero."""
 STEPS = 60
-"""Of a search. Chosen: 4,800 searches on four arms, coranks 1 to 3, took up to 42."""
+"""Most steps of a search. Chosen: 4,800 searches on four arms, coranks 1 to 3, took up to 42."""
 LONGEST_STEP = 0.5
-"""Of one joint in one step, rad or m."""
+"""Largest step of one joint, rad or m."""
 FIRST_DAMPING, LESS, MORE = 0.1, 0.2, 4.0
-"""Damping μ in units of ‖r‖σ₁: at first, and its factors where ‖r‖ fell and where it did not."""
+"""Damping μ in units of ‖r‖σ₁: the first one, and its factors after steps that lower ‖r‖ and after others."""
 WORTHWHILE, PATIENCE = 0.95, 6
-"""A search stalls when so many steps together brought ‖r‖ no factor like this one."""
+"""A search stalls if PATIENCE steps together do not lower ‖r‖ by the factor WORTHWHILE."""
 
 
 @dataclass(frozen=True, eq=False)
 class SearchEnds:
-    """Where N searches ended.
+    """The ends of N searches.
 
     Attributes:
         values: Joint values, (N, n).
-        residual: There.
+        residual: The residual at these values.
         tries: Steps tried, (N,).
         converged: Whether ‖r‖ was brought to zero, (N,).
     """
@@ -39,19 +39,19 @@ class SearchEnds:
     converged: Mask
 
     def copy(self) -> SearchEnds:
-        """One that can be written to."""
+        """A writable copy."""
         everything = np.arange(len(self.values))
         return SearchEnds(
             self.values.copy(), self.residual.select(everything), self.tries.copy(), self.converged.copy()
         )
 
     def put(self, which: Indices, other: SearchEnds, better: Mask) -> None:
-        """Writes those of another search that are better in place of some of this one, and adds its steps to all.
+        """Replaces some ends by better ones of another search, and adds its steps to all.
 
         Args:
-            which: Indices here, one for each there.
+            which: For each end of the other search, its index here.
             other: The other search.
-            better: Which of it to take.
+            better: Which of its ends to take.
         """
         self.tries[which] += other.tries
         self.values[which[better]] = other.values[better]

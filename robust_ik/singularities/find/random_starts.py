@@ -1,4 +1,4 @@
-"""Points of every corank from random starts, all at once. NumPy only."""
+"""Finds points of every corank from random starts, many at once. NumPy only."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ Progress = Callable[[int, int], None]
 Method = Literal["projection", "gradient"]
 
 CHUNK = 1024
-"""Starts that are searched at once: a few megabytes."""
+"""Starts that are searched at once: they take a few megabytes."""
 PUSH, PUSHES = 0.7, 4
-"""Standard deviation of what a search that stalls is moved by, rad or m, and how often: most stall at saddles."""
+"""Standard deviation of the random motion of a search that stalls, rad or m, and how often: most stall at saddles."""
 SHAKES = (0.05, 0.1, *[0.25] * 6)
-"""Standard deviations of what a point at a crossing is moved by before it is projected again, rad or m."""
+"""Standard deviations of the random motions of a point at a crossing, before it is projected again, rad or m."""
 NEARBY = 2e-4
-"""How far around a point its stratum is sampled to measure its dimension, rad or m."""
+"""Distance around a point at which its stratum is sampled to measure its dimension, rad or m."""
 
 
 def find_points(
@@ -42,20 +42,20 @@ def find_points(
     measured: bool = True,
     progress: Progress | None = None,
 ) -> Points:
-    """Configurations whose corank is at least k, from random starts; joint limits play no part.
+    """Configurations whose corank is at least k, from random starts, without regard to joint limits.
 
     Args:
         chain: What moves the tip.
         corank: k, from 1 to the number of task rows.
-        starts: How many uniform starts within the chain's ranges, or the starts themselves, (S, n).
-        rng: For the starts and for what moves them on; the same ones by default.
-        method: "projection" (Levenberg-Marquardt on the residual), or "gradient", the paper's own, to compare.
+        starts: Number of uniform starts within the chain's ranges, or the starts themselves, (S, n).
+        rng: Random numbers for the starts and for motions of stalled searches; the same ones by default.
+        method: "projection" (Levenberg-Marquardt on the residual), or "gradient", the paper's own, for comparison.
         tolerance: ‖r‖/σ₁ that counts as zero, r being the residual: the k smallest singular values.
-        measured: Whether to measure the dimension by samples where ∂r/∂q does not tell it; else n − rank stands there.
-        progress: Called with how many starts are done and how many there are.
+        measured: Whether to measure the dimension by samples if ∂r/∂q does not give it; otherwise n − rank is used.
+        progress: Called with (starts done, starts in all).
 
     Raises:
-        InputError: There cannot be such a corank, there is no such method, or the robot has fewer joints than task
+        InputError: The chain cannot have this corank, there is no such method, or the robot has fewer joints than task
             rows.
     """
     check_corank(chain, corank)
@@ -78,7 +78,7 @@ def find_points(
 
 
 def starts_of(chain: ScrewChain, starts: int | ArrayLike, rng: np.random.Generator) -> Array:
-    """Starts that were given, or so many random ones, (S, n).
+    """The given starts, or a given number of random ones, (S, n).
 
     Raises:
         InputError: They are neither.
@@ -98,7 +98,7 @@ def search(
 ) -> SearchEnds:
     """Projects starts (N, n) to the corank; pushes those that stall, and shakes those that end at a crossing.
 
-    A point stays where no shake leads to a clear one of just that corank.
+    A point is kept if no shake leads to a clear point of exactly that corank.
     """
     found = project(chain, corank, starts, tolerance)
     for _ in range(PUSHES):
@@ -134,7 +134,7 @@ def points_of(
     *,
     measured: bool = True,
 ) -> Points:
-    """A search as points, with the local dimension of the stratum at each."""
+    """The result of a search as points, with the local dimension of the stratum at each."""
     hit = np.flatnonzero(found.converged)
     values, at = found.values[hit], found.residual.select(hit)
     rank, clear = ranks(at.derivative, at.scale)
@@ -157,17 +157,17 @@ def points_of(
 def local_dimensions(
     chain: ScrewChain, corank: int, values: Array, rng: np.random.Generator, tolerance: float = TOLERANCE
 ) -> Indices:
-    """The dimension of the stratum around singular points, by samples: it needs no rank of ∂r/∂q.
+    """The dimension of the stratum around singular points, measured by samples, without the rank of ∂r/∂q.
 
     Args:
         chain: What moves the tip.
         corank: Its corank.
         values: Points on it, (N, n).
-        rng: For the samples.
+        rng: Random numbers for the samples.
         tolerance: As for `find_points`.
 
     Returns:
-        Dimensions (N,): of what nearby points span once they are projected.
+        Dimensions (N,) of the spans of nearby points after projection.
     """
     count = 2 * chain.n
     around = _moved(np.repeat(values, count, axis=0), NEARBY, rng)

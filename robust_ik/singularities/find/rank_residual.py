@@ -1,7 +1,7 @@
-"""r = vec(U₂ᵀ J V₂), which vanishes where the corank is at least k, and its derivative. NumPy only.
+"""The residual r = vec(U₂ᵀ J V₂), which vanishes if the corank is at least k, and its derivative. NumPy only.
 
-U₂ holds the k weakest left singular vectors, V₂ the n − m + k weakest right ones, those of the null space included.
-Both stay fixed within a step, so that no singular vector is differentiated and clusters need no care.
+U₂ holds the k weakest left singular vectors, V₂ the n − m + k weakest right ones, including those of the null space.
+Both are fixed within a step, so that no singular vector is differentiated and clusters need no special treatment.
 """
 
 from __future__ import annotations
@@ -20,12 +20,13 @@ Indices = NDArray[np.int_]
 Mask = NDArray[np.bool_]
 
 CLEAR, NOISE = 1e-3, 1e-7
-"""Singular values of ∂r/∂q in between, as fractions of the largest one, may be zeros or not. A residual of 1e-11 that
-vanishes to second order leaves them at 1e-6."""
+"""Singular values of ∂r/∂q between these fractions of the largest one may or may not be zero: at a residual of 1e-11
+that vanishes to second order they are about 1e-6.
+"""
 FLAT = 1e-4
-"""∂r/∂q that is smaller than this fraction of σ₁ may be zero."""
+"""∂r/∂q below this fraction of σ₁ may be zero."""
 SAME_CORANK = 1e-6
-"""A singular value below this fraction of σ₁ counts as zero at a point that is polished."""
+"""Singular values below this fraction of σ₁ count as zero at a polished point."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +37,7 @@ class Residual:
         corank: k.
         s: Singular values of the Jacobian, (N, m).
         derivative: ∂r/∂q, (N, k (n − m + k), n); entry (a, b) of U₂ᵀ J V₂ is row a (n − m + k) + b.
-        scale: What singular values are small against, (N,): σ₁, unless the whole Jacobian vanishes.
+        scale: The scale of singular values, (N,): σ₁, unless the whole Jacobian vanishes.
     """
 
     corank: int
@@ -72,26 +73,26 @@ class Residual:
 
     @property
     def vector(self) -> Array:
-        """R, (N, k (n − m + k))."""
+        """The residual r as vectors, (N, k (n − m + k))."""
         k, rows = self.weakest.shape[1], self.derivative.shape[1]
         r = np.zeros((len(self.weakest), rows))
         r[:, np.arange(k) * (rows // k + 1)] = self.weakest
         return r
 
     def select(self, which: Indices) -> Residual:
-        """That of some of the configurations."""
+        """The residual of some of the configurations."""
         return Residual(self.corank, self.s[which], self.derivative[which], self.scale[which])
 
     def put(self, which: Indices, other: Residual) -> None:
-        """Writes the residuals of other configurations in the place of some."""
+        """Replaces the residuals of some configurations."""
         self.s[which], self.derivative[which], self.scale[which] = other.s, other.derivative, other.scale
 
 
 def check_corank(chain: ScrewChain, corank: int) -> None:
-    """Refuses a corank that a chain cannot have, and chains that are singular everywhere.
+    """Raises if a chain cannot have this corank, or is singular everywhere.
 
     Raises:
-        InputError: With what is possible.
+        InputError: The message says what is possible.
     """
     if chain.m > chain.n:
         raise InputError(
@@ -103,7 +104,7 @@ def check_corank(chain: ScrewChain, corank: int) -> None:
 
 
 def coranks(s: Array, scale: Array | float) -> Indices:
-    """How many singular values of polished points are zero, (..., m) → (...), next to a scale, (...)."""
+    """How many singular values of polished points are zero relative to a scale, (..., m) → (...)."""
     return np.asarray(np.sum(s <= SAME_CORANK * np.asarray(scale)[..., None], axis=-1))
 
 
@@ -112,10 +113,10 @@ def ranks(derivative: Array, sigma: Array | float = 0.0) -> tuple[Indices, Mask]
 
     Args:
         derivative: ∂r/∂q, (N, p, n).
-        sigma: σ₁ of the Jacobians, (N,): next to it, a ∂r/∂q that is small as a whole is no clear one.
+        sigma: σ₁ of the Jacobians, (N,): if ∂r/∂q is small as a whole relative to it, the rank is not clear.
 
     Returns:
-        How many singular values are no zeros, (N,), and whether none is in between, (N,).
+        How many singular values are not zero, (N,), and whether none is doubtful, (N,).
     """
     a = singular_values(derivative)
     largest = a[:, :1]

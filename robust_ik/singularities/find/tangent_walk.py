@@ -1,4 +1,4 @@
-"""Steps along a stratum: its tangent space, back onto it, far along it. Arrays only."""
+"""Steps along a stratum: tangent spaces, projection back onto it, walks along it. Arrays only."""
 
 from __future__ import annotations
 
@@ -18,19 +18,20 @@ Mask = NDArray[np.bool_]
 Indices = NDArray[np.int_]
 
 WEAK, STRONG = 1e-10, 1e-5
-"""Singular values of ∂r/∂q, relative to σ₁: below the one they are zero, above the other they are not; points with
-others lie too near to a crossing of strata to be read."""
+"""Singular values of ∂r/∂q, relative to σ₁, are zero below WEAK and not zero above STRONG. A point is readable if it
+has none in between; others lie too close to a crossing of strata.
+"""
 
 POLISHED = 1e-14
-"""‖r‖/σ₁ that polishing aims at."""
+"""‖r‖/σ₁ to be reached by polishing."""
 REFUSED = 1 / 3
-"""A corrector longer than this part of its predictor may have changed the stratum."""
+"""A step is refused if its corrector is longer than this fraction of its predictor: it may have changed the stratum."""
 STRAIGHT = 0.8
-"""A step's direction must lie in the next tangent space up to this cosine."""
+"""Least cosine between the direction of a step and the next tangent space."""
 WANDER = 0.3
-"""How much a walk changes its direction at every step, and how it begins anew after a refusal."""
+"""Random change of a walk's direction at each step, and after a refusal."""
 STILL = 1e-6
-"""A joint that moves less along a walk stands still, rad or m."""
+"""A joint that moves less than this along a walk is pinned, rad or m."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,9 +39,9 @@ class Walk:
     """Walks from N points along their strata.
 
     Attributes:
-        values: (N, steps + 1, n), the start first; after a refused step the walk turns and goes another way.
-        moved: The farthest that each joint came from the start, (N, n).
-        taken: How many steps were taken, (N,).
+        values: (N, steps + 1, n), the start first; after a refused step the walk takes another direction.
+        moved: Largest distance of each joint from the start, (N, n).
+        taken: Number of steps taken, (N,).
     """
 
     values: Array
@@ -49,19 +50,19 @@ class Walk:
 
 
 def tangents(chain: ScrewChain, values: Array, corank: int, dimensions: Indices) -> Array:
-    """Projectors (N, n, n) onto the tangent spaces of strata of corank k at points (N, n), the dimensions known."""
+    """Projectors (N, n, n) onto the tangent spaces of strata of corank k at points (N, n) with known dimensions."""
     if len(values) == 0:
         return np.empty((0, chain.n, chain.n))
     return tangents_at(Residual.at(chain, values, corank), dimensions)
 
 
 def tangents_at(residual: Residual, dimensions: Indices) -> Array:
-    """The same where the residual of the N points is known already."""
+    """The same from the residual at the N points."""
     return _along(svd(residual.derivative).Vt, dimensions)
 
 
 def _along(normals: Array, dimensions: Indices) -> Array:
-    """Projectors (N, n, n) onto what is normal to the first n − dimension rows of (N, r, n)."""
+    """Projectors (N, n, n) onto the orthogonal complement of the first n − dimension rows of (N, r, n)."""
     count, n = normals.shape[1:]
     rows = normals * (np.arange(count) < (n - np.asarray(dimensions))[:, None])[..., None]
     return np.asarray(np.eye(n) - np.swapaxes(rows, 1, 2) @ rows)
@@ -90,7 +91,7 @@ def relative_sigmas(chain: ScrewChain, values: Array) -> Array:
 
 
 def polished(chain: ScrewChain, values: Array, corank: int, tolerance: float = POLISHED) -> Array:
-    """The nearest points of corank k, by a few damped Newton steps, (N, n); as they are where none is near."""
+    """The nearest points of corank k, by a few damped Newton steps, (N, n); unchanged if none is near."""
     if len(values) == 0:
         return values
     return np.asarray(project(chain, corank, values, tolerance).values)
@@ -111,13 +112,13 @@ def walk(
 
     Args:
         chain: What moves the tip.
-        values: Points to start from, of exactly corank k, (N, n).
+        values: Start points, of exactly corank k, (N, n).
         corank: k.
-        dimensions: Of the strata at the points, (N,).
-        rng: For the directions.
-        steps: How many.
-        length: Of a step, rad or m.
-        resting: Free joints that walks leave alone.
+        dimensions: Dimensions of the strata at the points, (N,).
+        rng: Random numbers for the directions.
+        steps: Number of steps.
+        length: Length of a step, rad or m.
+        resting: Free joints that do not move.
     """
     motion = np.ones(chain.n)
     motion[list(resting)] = 0.0
@@ -144,7 +145,7 @@ def walk(
 
 
 def still_joints(P: Array) -> Mask:
-    """Joints that tangent spaces with projectors (N, n, n) do not move, (N, n): the same all over a stratum."""
+    """Joints that tangent spaces with projectors (N, n, n) do not move, (N, n); the same all over a stratum."""
     return np.asarray(np.diagonal(P, axis1=1, axis2=2) < STILL**2)
 
 
@@ -154,7 +155,7 @@ def _units(vectors: Array) -> Array:
 
 
 def _seen(chain: ScrewChain, values: Array, corank: int, dimensions: Indices) -> tuple[Array, Mask]:
-    """The tangent spaces as projectors, and at which points they are clear, of exactly the corank and the dimension."""
+    """The tangent spaces as projectors, and which points are clear, of exactly this corank and dimension."""
     at = Residual.at(chain, values, corank)
     found = svd(at.derivative)
     clear, its = _read(at, found.s, corank)

@@ -1,4 +1,4 @@
-"""The screw axes of an arm, and what singular configurations depend on."""
+"""The screw axes of an arm, on which singular configurations depend."""
 
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 

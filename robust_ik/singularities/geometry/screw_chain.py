@@ -1,6 +1,6 @@
-"""ScrewChain: the joint axes of an arm as constants, and Jacobians of many configurations at once from them.
+"""ScrewChain: the joint axes of an arm as constants, and Jacobians of many configurations from them.
 
-Of joint values alone: where the joints that they move stand in a robot's q plays no part. Arrays only.
+Its functions take joint values, not a robot's q. Arrays only.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 
 REFERENCE = "local_world_aligned"
 SIZED, VANISHING = 20, 1e-3
-"""Configurations whose median σ₁ is what is usual, and the part of it below which a Jacobian vanishes."""
+"""Configurations whose median σ₁ is the usual one, and the fraction of it below which a Jacobian vanishes."""
 SAMPLES = 20
-"""Configurations that tell in which rows the tip can be moved. Full rank anywhere means full rank nearly everywhere."""
+"""Configurations that show in which rows the tip can move. Full rank anywhere means full rank nearly everywhere."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,13 +41,13 @@ class ScrewChain:
         rows: Task rows.
         length_scale: Length by which linear rows are divided, m; 1 leaves them as they are.
         rotations: From each joint's axis frame (z is the axis) to the next one's at zero, (c, 3, 3).
-        offsets: Origins of the axis frames in the one before, m, (c, 3).
+        offsets: Origin of each axis frame in the one before, m, (c, 3).
         sliding: Which of the c joints slide.
         tip: The tip's point in the last axis frame, m, (3,).
         mixing: Motions of the c joints = mixing @ values, (c, n); a mimic joint shares its source's column.
         lower: Lower ends of the ranges to search, (n,): −π, or the limit of a sliding joint.
         upper: Upper ends.
-        period: After how much each value comes back to the same pose, 2π; infinite where it does not, (n,).
+        period: Change of each value after which the pose is the same again, 2π; infinite if there is none, (n,).
     """
 
     joint_names: tuple[str, ...]
@@ -109,22 +109,22 @@ class ScrewChain:
 
     @cached_property
     def least_scale(self) -> float:
-        """What stands for σ₁ where that is smaller, so that a Jacobian that vanishes is seen: .001 of its median."""
+        """Least value of σ₁ as a scale, 0.001 of its median, so that a vanishing Jacobian is recognised."""
         s = singular_values(self.jacobian(self.random(np.random.default_rng(0), SIZED)))
         return float(VANISHING * np.median(s[:, 0]))
 
     def random(self, rng: np.random.Generator, size: int) -> Array:
-        """Uniform joint values within the ranges to search, (size, n): a full turn, whatever the limits."""
+        """Uniform joint values within the ranges to search, (size, n): a full turn, without regard to limits."""
         return rng.uniform(self.lower, self.upper, (size, self.n))
 
     def wrapped(self, values: Array) -> Array:
-        """The same poses with angles in [−π, π), (..., n)."""
+        """Joint values of the same poses, with angles in [−π, π), (..., n)."""
         turns = np.where(np.isfinite(self.period), np.floor(values / self.period + 0.5), 0.0)
         return np.asarray(values - turns * np.where(np.isfinite(self.period), self.period, 0.0))
 
     @cached_property
     def joints(self) -> Chain:
-        """The same in all six rows, in metres, as compiled code reads it; q are the joint values."""
+        """The same chain in all six rows, in metres, for compiled code; its q are the joint values."""
         each, column = np.arange(len(self.sliding)), np.argmax(self.mixing != 0, axis=1)
         tip = np.eye(4)
         tip[:3, 3] = self.tip
@@ -144,12 +144,12 @@ class ScrewChain:
 
     @cached_property
     def _rows(self) -> tuple[list[int], Array]:
-        """The rows of a whole Jacobian that are looked at, and their factors, (m,)."""
+        """Indices of the task rows in a whole Jacobian, and their factors, (m,)."""
         chosen = [ROWS.index(row) for row in self.rows]
         return chosen, np.where(np.array(chosen) < 3, 1 / self.length_scale, 1.0)
 
     def jacobian(self, values: ArrayLike) -> Array:
-        """The Jacobian in `rows`, those of lengths divided by `length_scale`: (..., n) → (..., m, n)."""
+        """The Jacobian in `rows`, linear rows divided by `length_scale`: (..., n) → (..., m, n)."""
         rows, factors = self._rows
         J = self.joints.jacobians(as_array(values, "values", (self.n,)), REFERENCE)
         return np.asarray(J[..., rows, :] * factors[:, None])
@@ -164,7 +164,7 @@ class ScrewChain:
         """Uᵀ (∂J/∂q_k) V for every k without ∂J/∂q.
 
         Args:
-            values: Of N configurations, (N, n).
+            values: Joint values of N configurations, (N, n).
             left: Columns of U, (N, m, a).
             right: Columns of V, (N, n, b).
 
@@ -185,14 +185,15 @@ Mask = NDArray[np.bool_]
 
 
 def constants(robot: Robot) -> tuple[Array, Mask, Array]:
-    """What moves a robot's tip, as functions of the values of its independent joints.
+    """The constants of the joints that move a robot's tip.
 
     Args:
         robot: Any robot with a tip.
 
     Returns:
         Each joint's axis frame (z is the axis) in the one before with all values at zero, and the tip's in the last
-        one, (c + 1, 4, 4); whether the joints slide, (c,); and their motions by the independent joints, (c, n).
+        one, (c + 1, 4, 4); whether the joints slide, (c,); and their motions per motion of the independent joints, (c,
+        n).
 
     Raises:
         TipError: The robot was loaded whole, without a tip.
@@ -209,7 +210,7 @@ def constants(robot: Robot) -> tuple[Array, Mask, Array]:
     )
     mixing[np.arange(len(chain)), chain.column] = chain.factor
     for slides, shift, after in zip(chain.sliding, chain.shift, frames[1:]):
-        # A mimic joint that is not at zero where its source is.
+        # A mimic joint may not be at zero when its source is.
         moved = np.eye(4)
         if slides:
             moved[2, 3] = shift
@@ -224,7 +225,7 @@ def axes_at_zero(rotations: Array, offsets: Array) -> tuple[Array, Array]:
 
     Args:
         rotations: From each joint's axis frame to the next one's, (c, 3, 3).
-        offsets: Origins of the axis frames in the one before, (c, 3).
+        offsets: Origin of each axis frame in the one before, (c, 3).
     """
     rotation, point = np.eye(3), np.zeros(3)
     axes, points = [], []
@@ -236,16 +237,17 @@ def axes_at_zero(rotations: Array, offsets: Array) -> tuple[Array, Array]:
 
 
 def ranges(robot: Robot, sliding: Mask, mixing: Array) -> tuple[Array, Array, Array]:
-    """Where to search, and the period of each joint. Limits count for joints that slide only.
+    """The range of each joint for searches, and its period. Limits matter only for joints that slide.
 
     Args:
         robot: The robot.
         sliding: Which of the c joints that move the tip slide.
-        mixing: Their motions by the independent joints, (c, n).
+        mixing: Their motions per motion of the independent joints, (c, n).
 
     Returns:
-        Lower and upper ends, a full turn, or the limits, 2 m where none are stated; and after how much each value
-        comes back to the same pose, infinite where it does not, (n,) each.
+        Lower and upper ends: a full turn, or for a sliding joint its limits, 2 m if none are stated; and the change of
+            each
+        value after which the pose is the same again, infinite if there is none, (n,) each.
     """
     used = mixing != 0
     slides = (used & sliding[:, None]).any(axis=0)
@@ -258,9 +260,9 @@ def ranges(robot: Robot, sliding: Mask, mixing: Array) -> tuple[Array, Array, Ar
 
 
 def reachable_rows(chain: ScrewChain) -> ScrewChain:
-    """The chain in its task rows if they have full rank somewhere, else in those of them that have.
+    """The chain in its task rows if they have full rank somewhere, else in fewer rows that have.
 
-    In metres, whatever its length scale: which rows can be moved is no matter of units.
+    It is tested in metres for any length scale: which rows can move does not depend on units.
     """
 
     def deficient(rows: tuple[str, ...]) -> bool:

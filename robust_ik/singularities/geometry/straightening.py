@@ -1,6 +1,6 @@
-"""Nominal geometry made exact: 1.5708 in a file is meant to be π/2. NumPy only.
+"""Makes nominal geometry exact: 1.5708 in a file means π/2. NumPy only.
 
-A rounded angle destroys strata: what is singular by symmetry then is nearly so.
+A rounded angle destroys strata: configurations that are singular by symmetry are then only nearly singular.
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ if TYPE_CHECKING:
     from robust_ik.robot.robot import Robot
 
 TOLERANCE = 1e-4
-"""Angles this near to a multiple of π/12 are taken to be it, rad."""
+"""Angles this close to a multiple of π/12 are replaced by it, rad."""
 UNCHANGED = 1e-11
-"""Turns below this, rad, are rounding of the poses that were read, and no changes to be told."""
+"""Turns below this, rad, are rounding of the poses that were read; they are not reported as changes."""
 STEP = np.pi / 12
 """15°: the angles of nominal geometry, 30°, 45°, 60° and 90°, are multiples of it."""
 
 
 def straightened(robot: Robot, chain: ScrewChain, tolerance: float = TOLERANCE) -> tuple[ScrewChain, tuple[str, ...]]:
-    """The chain with every nearly exact direction exact, and each change in words; lengths stay as they are.
+    """The chain with nearly exact directions made exact, and each change in words; lengths do not change.
 
     Args:
-        robot: Whose chain it is.
-        chain: The chain as the model has it.
+        robot: The robot of the chain.
+        chain: The chain of the model.
         tolerance: Largest change of an angle, rad.
     """
     joints = [joint for joint in robot.description.chain(str(robot.tip)) if joint.kind != "fixed"]
@@ -58,7 +58,7 @@ def straightened(robot: Robot, chain: ScrewChain, tolerance: float = TOLERANCE) 
 
 
 def nearest_exact(R: Array, tolerance: float) -> tuple[Array, float]:
-    """The rotation with roll, pitch and yaw multiples of π/12 where they nearly are, and the change in rad."""
+    """The rotation with nearly exact roll, pitch and yaw replaced by multiples of π/12, and the change in rad."""
     whole = np.round(R)
     if np.abs(R - whole).max() < tolerance and np.isclose(np.linalg.det(whole), 1.0):
         exact = whole
@@ -81,7 +81,7 @@ def _from_rpy(angles: Array) -> Array:
 
 
 def nearest_direction(axis: Array, tolerance: float) -> tuple[Array, float]:
-    """The coordinate axis that a unit vector nearly is, else itself, and the change in rad."""
+    """The coordinate axis that a unit vector nearly equals, else the vector itself, and the change in rad."""
     whole = np.round(axis)
     change = float(np.linalg.norm(axis - whole))
     return (whole, change) if change < tolerance and np.linalg.norm(whole) == 1.0 else (axis, 0.0)

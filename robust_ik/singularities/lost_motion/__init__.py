@@ -1,4 +1,4 @@
-"""What is lost at a singular configuration: twists, wrenches, words, and whether it can be left."""
+"""The motion that is lost at a singular configuration: twists, wrenches, words, and a way out."""
 
 from robust_ik.singularities.lost_motion.along_a_stratum import FLAT
 from robust_ik.singularities.lost_motion.lost_motion import LostMotion, lost_motion

@@ -1,4 +1,4 @@
-"""What is lost along a stratum: in words, and as an example with its numbers. Arrays only."""
+"""The motion that is lost along a stratum: in words, and as a numerical example. Arrays only."""
 
 from __future__ import annotations
 
@@ -15,20 +15,21 @@ from robust_ik.singularities.lost_motion.lost_motion import LostMotion, lost_mot
 from robust_ik.singularities.lost_motion.wording import in_words
 
 SAMPLES = 8
-"""Members that words are found for. Chosen: what all eight share is likely to hold for all; more take longer."""
+"""Members for which words are found. Chosen: what all eight share is likely to hold for all; more take longer."""
 FLAT = 1e-7
 """Curvature, in units of the twist per rad², below which a self-motion does not lead along a lost direction."""
 
 
 @dataclass(frozen=True, eq=False)
 class Lost:
-    """What a stratum takes away.
+    """The motion that is lost along a stratum.
 
     Attributes:
-        words: What the structure bears by itself, and so what the tool cannot do, as far as it is the same throughout.
-        way_out: Whether self-motions lead along what is lost, to second order.
+        words: The wrenches that the structure bears by itself, and so the motions that the tool cannot make, as far as
+            they are the same throughout.
+        way_out: Whether self-motions lead along lost directions, to second order, in words.
         values: Joint values of the example, rad or m, (n,).
-        example: What is lost there, in numbers; positions and world axes with the tool's point as origin.
+        example: The lost motion there, in numbers; positions and world axes with the tool's point as origin.
     """
 
     words: str
@@ -44,12 +45,12 @@ class Lost:
 
 
 def lost_along(chain: ScrewChain, tool: Array, corank: int, samples: Array) -> Lost:
-    """What is lost along a stratum.
+    """The motion that is lost along a stratum.
 
     Args:
         chain: What moves the tip.
         tool: The tool's axes in the last joint's axis frame, (3, 3).
-        corank: Of the stratum.
+        corank: Corank of the stratum.
         samples: Configurations on it as joint values, (S, n).
     """
     values = samples[np.unique(np.linspace(0, len(samples) - 1, SAMPLES).round().astype(int))]
@@ -65,7 +66,7 @@ def lost_along(chain: ScrewChain, tool: Array, corank: int, samples: Array) -> L
 
 
 def _way_out(lost: Sequence[LostMotion]) -> str:
-    """What the curvatures of all samples say."""
+    """What the curvatures of all samples show, in words."""
     curvature = np.array([each.curvature for each in lost])  # (S, k, 2)
     low, high = curvature[..., 0].min(axis=1), curvature[..., 1].max(axis=1)
     if (np.abs(curvature) < FLAT).all():

@@ -1,4 +1,4 @@
-"""Points of an arm that have a name: where neighbouring joint axes meet, in every configuration. Arrays only."""
+"""Named points of an arm: where neighbouring joint axes meet, in every configuration. Arrays only."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from robust_ik.checks import Array
 
 SAME = 1e-6
-"""Metres, or radians: what counts as meeting, parallel or equal."""
+"""Axes that differ by less, m or rad, meet, are parallel or are equal."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,7 +19,7 @@ class Axes:
     Attributes:
         directions: Unit vectors, world axes, (n, 3).
         points: A point of each, (n, 3), m.
-        turning: Whether it is an axis of rotation; a prismatic joint has a direction and no line, (n,).
+        turning: Which are axes of rotation, (n,); a prismatic joint has a direction but no line.
     """
 
     directions: Array
@@ -28,7 +28,7 @@ class Axes:
 
     @classmethod
     def of(cls, J: Array, tool: Array) -> Axes:
-        """From a Jacobian of all six rows, world axes, (6, n), and the tool's point, (3,)."""
+        """The axes from a Jacobian of all six rows, world axes, (6, n), and the tool's point, (3,)."""
         linear, angular = J[:3].T, J[3:].T
         turning = np.linalg.norm(angular, axis=1) > SAME
         directions = np.where(turning[:, None], angular, linear)
@@ -37,7 +37,7 @@ class Axes:
         return cls(directions, tool + np.cross(directions, linear), turning)
 
     def meeting(self, i: int, j: int) -> Array | None:
-        """Where two axes meet, (3,), or None where they are parallel, apart, or no lines."""
+        """The point where two axes meet, (3,); None if they are parallel, skew, or not lines."""
         if not (self.turning[i] and self.turning[j]):
             return None
         across = np.cross(self.directions[i], self.directions[j])
@@ -64,13 +64,13 @@ class Landmark:
         return f"the point where axes {', '.join(numbers[:-1])} and {numbers[-1]} meet"
 
     def at(self, axes: Axes) -> Array:
-        """Where it is, (3,)."""
+        """Its position, (3,)."""
         point = axes.meeting(self.joints[0] - 1, self.joints[1] - 1)
         return np.full(3, np.nan) if point is None else point
 
 
 def landmarks(axes: Axes) -> tuple[Landmark, ...]:
-    """The landmarks of an arm, from any configuration: axes of neighbours keep their distance and their angle."""
+    """The landmarks of an arm, from any configuration: neighbouring axes keep their distance and their angle."""
     runs: list[list[int]] = []
     last: Array | None = None
     for i in range(len(axes.directions) - 1):

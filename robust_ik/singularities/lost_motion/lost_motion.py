@@ -1,4 +1,4 @@
-"""What is lost at a singular configuration: twists, wrench screws, self-motions, a way out. Arrays only."""
+"""The motion that is lost at a singular configuration: twists, wrench screws, self-motions, a way out. Arrays only."""
 
 from __future__ import annotations
 
@@ -15,18 +15,19 @@ from robust_ik.singularities.lost_motion.wrench_screw import WrenchScrew
 
 @dataclass(frozen=True, eq=False)
 class LostMotion:
-    """What a singular configuration of corank k takes away.
+    """The motion that is lost at a singular configuration of corank k.
 
     Attributes:
-        twists: Directions that the tool cannot move in, world axes at the tool's point, orthonormal and sparse
+        twists: Directions in which the tool cannot move, world axes at the tool's point, orthonormal and sparse
             columns, (6, k), linear rows first; zero in rows that the task does not have.
         tool_twists: The same subspace along the tool's axes, sparse columns of its own, (6, k).
         screws: The wrenches that the structure bears, one for each column of `twists`.
-        self_motions: Joint motions that move the tool nowhere, orthonormal columns, (n, n − m + k).
-        origin: The tool's point, (3,), m, which moments are about.
+        self_motions: Joint motions that do not move the tool, orthonormal columns, (n, n − m + k).
+        origin: The tool's point, (3,), m, about which moments are taken.
         curvature: For each column of `twists`, the smallest and the largest of uᵀ H[v, v] over unit self-motions v,
-            (k, 2), in the units of the twist per rad². Of one sign: the tool leaves along u to one side only, as at the
-            end of its reach. Of both: to both sides. Zero: to second order it does not leave.
+            (k, 2), in the units of the twist per rad². If both have one sign, the tool can leave along u to one side
+            only, as at the end of its reach; with both signs, to both sides. If they are zero, it cannot leave to
+            second order.
     """
 
     twists: Array
@@ -53,7 +54,7 @@ ALL_ROWS = (0, 1, 2, 3, 4, 5)
 def lost_motion(
     J: Array, hessian: Array, T_world_tool: Array, corank: int, rows: tuple[int, ...] = ALL_ROWS
 ) -> LostMotion:
-    """What is lost at a configuration of a known corank.
+    """The motion that is lost at a configuration of a known corank.
 
     Args:
         J: Jacobian, world axes at the tool's point, (m, n), m ≤ n.

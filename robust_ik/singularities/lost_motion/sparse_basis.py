@@ -1,4 +1,4 @@
-"""Rotating a subspace's basis to directions that a person can name. Arrays only."""
+"""Rotates a subspace's basis to directions that are easy to name. Arrays only."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from robust_ik.checks import Array, as_array, readonly
 from robust_ik.errors import InputError
 
 SWEEPS = 200
-"""At the most. Chosen: random subspaces of three to six dimensions took up to 140."""
+"""Most sweeps. Chosen: random subspaces of three to six dimensions took up to 140."""
 STILL = 1e-12
 """Turns below this, rad, are rounding: a sweep without larger ones is the last."""
 RESTARTS = 20
-"""Random turns to begin from, since sweeps end at local maxima. Chosen: more miss the best basis more rarely."""
+"""Random rotations to start from, since sweeps end at local maxima. Chosen: more miss the best basis more rarely."""
 
 
 def sparse_basis(basis: Array, *, rng: np.random.Generator | None = None) -> Array:
-    """The orthonormal basis of the same subspace whose entries are as near to 0 or large as can be.
+    """The orthonormal basis of the same subspace whose entries are, as far as possible, either near 0 or large.
 
-    Maximises Σ (entries)⁴ over rotations (quartimax) by sweeps over pairs of columns, from the basis as it is and from
-    random turns of it. Columns are ordered by their largest entry's row and have that entry positive: signs and order
-    of a basis mean nothing.
+    Maximises Σ (entries)⁴ over rotations (quartimax) by sweeps over pairs of columns, from the given basis and from
+    random rotations of it. Columns are ordered by their largest entry's row and have that entry positive, since signs
+    and order of a basis have no meaning.
 
     Args:
         basis: Orthonormal columns, (m, k).
-        rng: For the turns; the same ones by default.
+        rng: Random numbers for the rotations; the same ones by default.
 
     Source: Almarkhi-Maciejewski, section 2.3, with quartimax as the measure.
     """
@@ -38,7 +38,7 @@ def sparse_basis(basis: Array, *, rng: np.random.Generator | None = None) -> Arr
         return _ordered(basis)
     found = _swept(basis @ (_turns(basis.shape[1]) if rng is None else _random_turns(basis.shape[1], rng)))
     size = (found**4).sum(axis=(1, 2))
-    # Of equally good ones the first: the result does not hang on the last digit.
+    # Of equally good ones the first, so that the result does not depend on the last digit.
     return _ordered(found[np.argmax(size > size.max() - 1e-9)])
 
 
@@ -48,12 +48,12 @@ def _turns(k: int) -> Array:
 
 
 def _random_turns(k: int, rng: np.random.Generator) -> Array:
-    """No turn, and random ones, (1 + RESTARTS, k, k)."""
+    """The identity, and random rotations, (1 + RESTARTS, k, k)."""
     return np.concatenate([np.eye(k)[None], np.linalg.qr(rng.normal(size=(RESTARTS, k, k)))[0]])
 
 
 def _swept(columns: Array) -> Array:
-    """Sweeps over all pairs of columns, (N, m, k), until none turns any more."""
+    """Sweeps over all pairs of columns, (N, m, k), until none rotates any more."""
     columns = np.array(columns)
     for _ in range(SWEEPS):
         largest = 0.0
@@ -69,13 +69,13 @@ def _swept(columns: Array) -> Array:
 
 
 def _best_angles(x: Array, y: Array) -> Array:
-    """The turns of two columns each, (N, m), that make the sum of fourth powers largest, (N,)."""
+    """The rotations of pairs of columns, (N, m) each, that maximise the sum of fourth powers, (N,)."""
     u, v = x * x - y * y, 2 * x * y
     return np.asarray(np.arctan2(2 * (u * v).sum(axis=1), (u * u - v * v).sum(axis=1)) / 4)
 
 
 def _ordered(columns: Array) -> Array:
-    """Columns by the row of their largest entry, that entry positive; ties by size."""
+    """Columns in the order of the row of their largest entry, which is made positive; ties by magnitude."""
     rows = np.abs(columns).argmax(axis=0)
     signs = np.where(columns[rows, np.arange(columns.shape[1])] < 0, -1.0, 1.0)
     return np.asarray((columns * signs)[:, np.argsort(rows, kind="stable")])

@@ -1,8 +1,7 @@
-"""The way out of a singular configuration: joints go along a self-motion, the tool only where it could not go.
+"""The way out of a singular configuration: along a self-motion, the tool moves only in the lost direction.
 
-To first order a self-motion v moves the tool nowhere; to second order by κ s²/2 along a lost direction u, where
-κ = uᵀ H[v, v].
-Arrays only.
+To first order a self-motion v does not move the tool; to second order it moves it by κ s²/2 along a lost direction u,
+where κ = uᵀ H[v, v]. Arrays only.
 """
 
 from __future__ import annotations
@@ -23,8 +22,8 @@ class WayOut:
     """The self-motion that leads out fastest, followed to both sides.
 
     Attributes:
-        direction: Which of the lost directions it leads along, an index.
-        curvature: κ, in the units of the twist per rad²; zero if to second order nothing leads out.
+        direction: Index of the lost direction along which it leads.
+        curvature: κ, in the units of the twist per rad²; zero if nothing leads out to second order.
         motion: v, (n,).
         values: Joint values, (2 S + 1, n), the singular configuration in the middle.
     """
@@ -45,9 +44,9 @@ def way_out(chain: ScrewChain, values: Array, lost: LostMotion, reach: float = 0
     Args:
         chain: What moves the tip.
         values: The configuration, (n,).
-        lost: What is lost there.
-        reach: How far to go to either side, rad or m.
-        steps: In how many steps.
+        lost: The motion that is lost there.
+        reach: Length of the way to either side, rad or m.
+        steps: Number of steps to either side.
     """
     chain, rows = replace(chain, length_scale=1.0), [ROWS.index(row) for row in chain.rows]
     H = chain.hessian(values)
@@ -66,7 +65,7 @@ def way_out(chain: ScrewChain, values: Array, lost: LostMotion, reach: float = 0
 
 
 def _carried(chain: ScrewChain, values: Array, kept: Array, v: Array, size: float, steps: int) -> Array:
-    """Steps along v, as nearly as the tool keeps still in the directions `kept`, (m, m − k), by midpoint rule."""
+    """Steps along v that keep the tool as still as possible in the directions `kept`, (m, m − k): midpoint rule."""
     way, along = [values], v
     for _ in range(steps):
         middle = _still(chain, way[-1] + size / 2 * along, kept, along)
@@ -76,7 +75,7 @@ def _carried(chain: ScrewChain, values: Array, kept: Array, v: Array, size: floa
 
 
 def _still(chain: ScrewChain, values: Array, kept: Array, along: Array) -> Array:
-    """The unit joint motion nearest to one that moves the tool in no direction of `kept`."""
+    """The unit joint motion nearest to `along` that does not move the tool in the directions `kept`."""
     if kept.shape[1] == 0:
         return along
     found = svd(kept.T @ chain.jacobian(values))

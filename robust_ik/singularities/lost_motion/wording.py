@@ -1,4 +1,4 @@
-"""What is lost along a whole stratum, in words: what is the same at every sample."""
+"""The motion that is lost along a whole stratum, in words: what is the same at every sample."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ ROW_NAMES = ("v_x", "v_y", "v_z", "w_x", "w_y", "w_z")
 
 
 def in_words(lost: Sequence[LostMotion], axes: Sequence[Axes], named: Sequence[Landmark]) -> str:
-    """What the structure bears by itself at every sample, and so what the tool cannot do.
+    """The wrenches that the structure bears by itself at every sample, and so the motions that the tool cannot make.
 
     Args:
-        lost: What is lost at each sample of a stratum, all of one corank.
+        lost: The lost motion at each sample of a stratum, all of one corank.
         axes: The joint axes there.
         named: The arm's landmarks.
     """
@@ -43,7 +43,7 @@ def _one(screws: Sequence[WrenchScrew], axes: Sequence[Axes], named: Sequence[La
 
 
 def _place(screws: Sequence[WrenchScrew], axes: Sequence[Axes], named: Sequence[Landmark]) -> str:
-    """Where the line is at every sample."""
+    """The place of the line at every sample, in words."""
     on = [mark for mark in named if _always(screw.distance(mark.at(each)) < SAME for screw, each in zip(screws, axes))]
     if len(on) > 1:
         return f"along the line through {' and '.join(str(mark) for mark in on)}"
@@ -57,7 +57,7 @@ def _place(screws: Sequence[WrenchScrew], axes: Sequence[Axes], named: Sequence[
 
 
 def _along(screws: Sequence[WrenchScrew], axes: Sequence[Axes]) -> str:
-    """Joint axes that the screw is parallel to at every sample."""
+    """The joint axes to which the screw is parallel at every sample."""
     count = len(axes[0].directions)
     parallel = [
         str(i + 1)
@@ -70,7 +70,7 @@ def _along(screws: Sequence[WrenchScrew], axes: Sequence[Axes]) -> str:
 
 
 def _same_line(screws: Sequence[WrenchScrew], axes: Sequence[Axes]) -> list[int]:
-    """Joints, from 1, whose axis the screw lies on at every sample."""
+    """Joints, from 1, on whose axis the screw lies at every sample."""
     return [
         i + 1
         for i in range(len(axes[0].directions))
@@ -83,7 +83,7 @@ def _same_line(screws: Sequence[WrenchScrew], axes: Sequence[Axes]) -> list[int]
 
 
 def _several(lost: Sequence[LostMotion], axes: Sequence[Axes], named: Sequence[Landmark]) -> str:
-    """Of more than one direction: what is the same throughout."""
+    """The words for more than one lost direction: what is the same throughout."""
     k = lost[0].corank
     first = lost[0].tool_twists
     same = _always(_spans(first, each.tool_twists) for each in lost)
@@ -117,7 +117,7 @@ def _forces_through(lost: LostMotion, point: Array) -> int:
 
 
 def _dimension_without(part: Array) -> int:
-    """The dimension of the combinations of columns whose sum vanishes."""
+    """The dimension of the combinations of columns whose sum is zero."""
     return int(np.count_nonzero(singular_values(part) < SAME) + max(part.shape[1] - part.shape[0], 0))
 
 

@@ -1,8 +1,8 @@
-"""What a singularity takes away, said without units and frames: the wrench that the structure bears by itself.
+"""A lost direction as a wrench screw, independent of units and frames: the wrench that the structure bears by itself.
 
-A direction u that the tool cannot move in, uᵀJ = 0, is also a wrench that no joint feels: the twist that is lost and
-the wrench that is borne have the same six numbers. As a wrench it is a screw: an axis in space and a pitch, whatever
-the reference point and the units of length.
+A direction u in which the tool cannot move, uᵀJ = 0, is also a wrench that loads no joint: the lost twist and the
+wrench that is borne have the same six numbers. As a wrench it is a screw: an axis in space and a pitch, for any
+reference point and unit of length.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from robust_ik.checks import Array, as_array, readonly
 from robust_ik.errors import InputError
 
 COUPLE = 1e-9
-"""A force below this fraction of the moment, per metre, is none: the wrench is a pure couple."""
+"""A force below this fraction of the moment, per metre, counts as zero: the wrench is a pure couple."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +42,7 @@ class WrenchScrew:
 
         Args:
             wrench: Force, then moment about `reference`, world axes, (6,); not zero.
-            reference: The point that the moment is about, such as the tool's, (3,), m.
+            reference: The point about which the moment is taken, the tool's for example, (3,), m.
 
         Source: Ball 1900.
         """
@@ -68,10 +68,10 @@ class WrenchScrew:
         return bool(np.isinf(self.pitch))
 
     def distance(self, point: Array) -> float:
-        """How far a point is from the axis, m; NaN for a couple."""
+        """The distance of a point from the axis, m; NaN for a couple."""
         return float(np.linalg.norm(np.cross(self.axis, np.asarray(point) - self.point)))
 
 
 def _positive(axis: Array) -> Array:
-    """The axis with its largest entry positive: a screw and its opposite are one."""
+    """The axis with its largest entry positive: a screw and its opposite are the same."""
     return np.asarray(axis if axis[np.abs(axis).argmax()] > 0 else -axis)

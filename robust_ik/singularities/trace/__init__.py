@@ -1,4 +1,4 @@
-"""Along families: curves, the nearest singular configuration, paths within limits."""
+"""Motion along families: curves, the nearest singular configuration, paths within limits."""
 
 from robust_ik.singularities.trace.coupled_curves import Curve, trace
 from robust_ik.singularities.trace.family_tour import stroll, within_limits

@@ -1,4 +1,4 @@
-"""Straight on along a leaf: predictor and corrector until the way closes, ends or is long enough. Arrays only."""
+"""Follows a leaf straight on by predictor and corrector, until the path closes, ends or is long enough. Arrays only."""
 
 from __future__ import annotations
 
@@ -17,23 +17,26 @@ from robust_ik.singularities.geometry.screw_chain import ScrewChain
 STEP, SHORTEST = 0.06, 1e-4
 """Longest and shortest step, rad or m."""
 SMALLER, LARGER = 0.6, 1.5
-"""Factors of the step where it was refused, and after one that was taken. Chosen: slow enough not to alternate."""
+"""Factors on the step: after it was refused, and after it was taken. Chosen: slow enough not to alternate."""
 STRAIGHT = 0.995
-"""A step may turn the way by 6°: its chord then leaves the curve by a hundredth of its length."""
+"""Least cosine between successive directions, 6°: a chord then leaves the curve by a hundredth of its length."""
 ALMOST = 1e-13
-"""‖r‖/σ₁ that the corrector aims at."""
+"""‖r‖/σ₁ to be reached by the corrector."""
 BESIDE = 0.05
-"""The way has come back to its start if a step passes it no farther off than this part of the step."""
+"""The path is closed if a step passes its start within this fraction of the step."""
 MOST_STEPS = 20_000
-"""Of a way without a given length. Chosen: 190 full turns at the longest step; it bounds ways that never close."""
+"""Most steps of a path without a given length.
+
+Chosen: 190 full turns at the longest step; stops paths that never close.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class Followed:
-    """A way along a leaf.
+    """A path along a leaf.
 
     Attributes:
-        values: Joint values, (N, n), the start first; free joints as there.
+        values: Joint values, (N, n), the start first; free joints keep their start values.
         heading: Unit direction at the start, (n,).
         closed: Whether it came back to its start.
     """
@@ -46,14 +49,14 @@ class Followed:
 def followed(
     chain: ScrewChain, leaf: Leaf, start: Array, heading: Array | None = None, length: float = np.inf
 ) -> Followed:
-    """The way from a point of a leaf as straight as the leaf allows, free joints at rest.
+    """The path from a point of a leaf, as straight as the leaf allows, with free joints at rest.
 
     Args:
         chain: What moves the tip.
-        leaf: Its coupled joints are moved.
-        start: A point of it, (n,).
-        heading: Where to go, (n,); default along the strongest tangent.
-        length: When to stop, rad or m.
+        leaf: The leaf; its coupled joints move.
+        start: A point of the leaf, (n,).
+        heading: The direction, (n,); default along the strongest tangent.
+        length: Largest length of the path, rad or m.
     """
     P = tangents(chain, start[None], leaf.corank, np.array([leaf.dimension]))[0]
     along = first = _heading(leaf, P, heading)
@@ -61,7 +64,7 @@ def followed(
     while len(points) < MOST_STEPS and gone < length and np.any(along):
         there, P = _stepped(chain, leaf, points[-1], along, size)
         onward = _heading(leaf, P, along)
-        # A way that leaves the range of a sliding joint is taken up to its end.
+        # A path that leaves the range of a sliding joint is followed up to its end.
         if onward @ along < STRAIGHT or outside(chain, there):
             size *= SMALLER
             if size < SHORTEST:
@@ -92,7 +95,7 @@ def _heading(leaf: Leaf, P: Array, wanted: Array | None) -> Array:
 
 
 def _stepped(chain: ScrewChain, leaf: Leaf, here: Array, along: Array, size: float) -> tuple[Array, Array]:
-    """A step along the leaf and the projector onto the tangent space there, zero where the corrector went too far."""
+    """A step along the leaf, and the projector onto the tangent space there; zero if the corrector went too far."""
     predicted = here + size * along
     found = project(chain, leaf.corank, predicted[None], ALMOST)
     there = np.array(found.values)
@@ -105,7 +108,7 @@ def _stepped(chain: ScrewChain, leaf: Leaf, here: Array, along: Array, size: flo
 
 
 def _passes(chain: ScrewChain, before: Array, after: Array, start: Array) -> bool:
-    """Whether the start lies on the chord of a step, whole turns aside."""
+    """Whether the start lies on the chord of a step, modulo whole turns."""
     chord, away = after - before, wrapped(start - before, chain.period)
     length = float(np.linalg.norm(chord))
     share = float(away @ chord) / length**2

@@ -1,4 +1,4 @@
-"""The curves of a family of singular configurations: coupled joints traced all along. Arrays only."""
+"""The curves of a family of singular configurations: coupled joints, traced completely. Arrays only."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from robust_ik.singularities.geometry.screw_chain import ScrewChain
 from robust_ik.singularities.trace.continuation import STEP, followed, outside
 
 SEEDS = 300
-"""Random starts, besides the samples, for pieces that the samples miss."""
+"""Random starts, besides the samples, for pieces without samples."""
 ON = 5e-3
-"""A seed nearer to a curve lies on it, rad or m: the chords between points of a curve leave it by a tenth of that."""
+"""A seed closer to a curve than this lies on it, rad or m: chords between its points deviate by a tenth of that."""
 WALKERS, STEPS = 40, 40
-"""Of walks through what is no curve but a surface or more."""
+"""Number and steps of walks through a surface or a set of higher dimension."""
 
 
 class OfArm(Protocol):
-    """What knows the arm whose families it holds: an atlas."""
+    """An object that knows the arm of its families: an atlas."""
 
     @property
     def robot(self) -> RobotFacts:
@@ -35,14 +35,14 @@ class OfArm(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """A piece of a family, in the joints that are coupled; joints that are free stand still in it.
+    """A piece of a family, in the coupled joints; free joints do not move in it.
 
     Attributes:
         joints: The coupled joints, indices from 0.
-        values: Joint values, rad or m, (N, n); angles run on over whole turns.
-        closed: Whether the last point is followed by the first, whole turns apart perhaps.
-        ordered: Whether each point follows the one before; points of a surface or more have no order.
-        period: After how much each joint value comes back to the same pose, (n,).
+        values: Joint values, rad or m, (N, n); angles continue beyond whole turns.
+        closed: Whether the last point is followed by the first, modulo whole turns.
+        ordered: Whether each point follows the one before; points of a surface have no order.
+        period: Change of each joint value after which the pose is the same again, (n,).
     """
 
     joints: tuple[int, ...]
@@ -57,12 +57,12 @@ class Curve:
 
     @property
     def chords(self) -> Array:
-        """From each point of an ordered curve the way to the next one, (N, n) if it is closed, else (N − 1, n)."""
+        """Differences from each point of an ordered curve to the next, (N, n) if it is closed, else (N − 1, n)."""
         ends = np.roll(self.values, -1, axis=0) if self.closed else self.values[1:]
         return wrapped(ends - self.values[: len(ends)], self.period)
 
     def distance(self, values: Array) -> Array:
-        """How far joint values (M, n) are from it in the coupled joints alone, (M,)."""
+        """Distance of joint values (M, n) from it, in the coupled joints alone, (M,)."""
         ways = self.chords if self.ordered else np.zeros_like(self.values)
         away = wrapped(values[:, None] - self.values[: len(ways)], self.period)[..., list(self.joints)]
         ways = ways[:, list(self.joints)]
@@ -71,19 +71,19 @@ class Curve:
 
 
 def trace(atlas: OfArm, stratum: Stratum) -> tuple[Curve, ...]:
-    """The curves that the coupled joints of a stratum run through, none if no joints are coupled.
+    """The curves of the coupled joints of a stratum; none if no joints are coupled.
 
-    Where they have more than one freedom together, points all over what they fill instead.
+    If they have more than one degree of freedom, points spread over their set instead.
 
     Args:
         atlas: The atlas that holds it.
-        stratum: Of its rows.
+        stratum: One of its rows.
     """
     return tuple(curve for leaf in stratum.leaves for curve in traced(atlas.robot.chain, leaf))
 
 
 def traced(chain: ScrewChain, leaf: Leaf) -> tuple[Curve, ...]:
-    """The same for one leaf."""
+    """The curves of one leaf."""
     if not leaf.coupled:
         return ()
     seeds = _seeds(chain, leaf)
@@ -101,7 +101,7 @@ def traced(chain: ScrewChain, leaf: Leaf) -> tuple[Curve, ...]:
 
 
 def _curve(chain: ScrewChain, leaf: Leaf, start: Array) -> Curve:
-    """Both ways from a point, until it closes or ends."""
+    """The curve through a point, followed both ways until it closes or ends."""
     ahead = followed(chain, leaf, start)
     if ahead.closed:
         return Curve(leaf.coupled, ahead.values, True, True, chain.period)
@@ -114,7 +114,7 @@ def _points(chain: ScrewChain, leaf: Leaf, values: Array) -> Curve:
 
 
 def _seeds(chain: ScrewChain, leaf: Leaf) -> Array:
-    """Members of the leaf that can be read, free joints as in the first of them, (S, n)."""
+    """Readable members of the leaf, free joints as in the first of them, (S, n)."""
     rng = np.random.default_rng(0)
     starts = leaf.pinned(chain.random(rng, SEEDS))
     found = project(chain, leaf.corank, starts)
@@ -126,7 +126,7 @@ def _seeds(chain: ScrewChain, leaf: Leaf) -> Array:
 
 
 def _members(chain: ScrewChain, leaf: Leaf, values: Array, rng: np.random.Generator) -> Mask:
-    """Which singular points lie on the leaf: its dimension, its free joints free, its coupled joints and no others."""
+    """Which singular points lie on the leaf: same dimension, same free joints, same coupled joints."""
     clear, dimensions = readable(chain, values, leaf.corank)
     clear &= leaf.holds(values) & (dimensions == leaf.dimension)
     moved = np.array(values)
@@ -138,7 +138,7 @@ def _members(chain: ScrewChain, leaf: Leaf, values: Array, rng: np.random.Genera
 
 
 def _scattered(chain: ScrewChain, leaf: Leaf, seeds: Array) -> Curve:
-    """Points of walks all over what coupled joints of several freedoms fill."""
+    """Points of walks spread over the set of coupled joints with several degrees of freedom."""
     starts = seeds if len(seeds) else leaf.pinned(leaf.samples)
     starts = starts[np.unique(np.linspace(0, len(starts) - 1, WALKERS).round().astype(int))]
     walked = walk(

@@ -1,4 +1,4 @@
-"""A smooth round trip through a family of singular configurations, for the eye. Arrays only."""
+"""A smooth round trip through a family of singular configurations, for display. Arrays only."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from robust_ik.singularities.trace.coupled_curves import Curve
 from robust_ik.singularities.trace.paths_within_limits import EDGE, coupled_path
 
 SWING, SLIDE = 0.6, 0.6
-"""How far a free joint swings: rad at the most, and this part of the room that its limits leave."""
+"""Largest swing of a free joint: rad, and as a fraction of the room within its limits."""
 TRIES = 24
-"""Choices of phases, of which the one that keeps farthest from a higher corank is taken."""
+"""Number of choices of phases, of which the one that stays farthest from a higher corank is used."""
 ROUNDING = 1e-9
-"""Of a joint that is pinned at its limit, rad or m."""
+"""Rounding of a joint that is pinned at its limit, rad or m."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,16 +42,16 @@ class Stroll:
 
 
 def stroll(facts: RobotFacts, stratum: Stratum, curves: Sequence[Curve], rest: Array, frames: int) -> Stroll:
-    """A round trip through a stratum, within the joint limits where some of it lies there.
+    """A round trip through a stratum, within the joint limits if part of it lies there.
 
-    Free joints swing about a configuration at rest; coupled joints go along a curve and, unless it closes, back.
+    Free joints swing about a rest configuration; coupled joints go along a curve and, unless it closes, back.
 
     Args:
-        facts: Of the robot.
-        stratum: What to walk through.
-        curves: As `trace` gives them.
-        rest: Joint values that free joints swing about, (n,).
-        frames: How many configurations, F.
+        facts: Facts of the robot.
+        stratum: The stratum.
+        curves: Its curves, from `trace`.
+        rest: Joint values about which free joints swing, (n,).
+        frames: Number of configurations, F.
     """
     leaf = _best_leaf(facts, stratum)
     path = coupled_path(facts, leaf, curves, frames)
@@ -65,12 +65,12 @@ def stroll(facts: RobotFacts, stratum: Stratum, curves: Sequence[Curve], rest: A
 
 
 def within_limits(facts: RobotFacts, values: Array) -> bool:
-    """Whether joint values (N, n) lie within the joint limits as they are, not whole turns away."""
+    """Whether joint values (N, n) lie within the joint limits as they are, without whole turns."""
     return bool(np.all((values >= facts.lower - ROUNDING) & (values <= facts.upper + ROUNDING)))
 
 
 def _best_leaf(facts: RobotFacts, stratum: Stratum) -> Leaf:
-    """The leaf deepest inside the limits; of equals the one with the smallest angles."""
+    """The leaf deepest inside the limits; among equals the one with the smallest angles."""
 
     def depth(leaf: Leaf) -> tuple[float, float]:
         room = min((pin_slack(pin, facts.lower, facts.upper) for pin in leaf.pins), default=np.inf)
@@ -96,7 +96,7 @@ def _swung(facts: RobotFacts, leaf: Leaf, path: Array, rest: Array, attempt: int
 
 
 def _apart(chain: ScrewChain, values: Array, corank: int) -> float:
-    """The least σ_{m−k}/σ₁ on the way: how far a higher corank is."""
+    """The least σ_{m−k}/σ₁ on the way: the distance from a higher corank."""
     if corank >= chain.m:
         return 1.0
     return float(relative_sigmas(chain, values)[:, chain.m - corank - 1].min())

@@ -1,4 +1,4 @@
-"""The nearest singular configuration of an atlas, and what happens on the way to it. Arrays only."""
+"""The nearest singular configuration of an atlas, and σ on the way to it. Arrays only."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from robust_ik.singularities.find.tangent_walk import polished, tangents
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 
 SAMPLES = 12
-"""Samples from which the nearest member is walked to, the nearest ones. Chosen: more miss fewer local minima."""
+"""Nearest samples from which walks to the nearest member start. Chosen: more avoid more local minima."""
 APPROACHES, LONGEST = 30, 0.4
-"""Steps of these walks, and the longest, rad or m. Chosen: half a turn takes eight; the others settle."""
+"""Most steps of these walks, and the longest step, rad or m. Chosen: half a turn takes eight; the others settle."""
 PATH = 33
-"""Points on the way that is shown, ends included. Chosen: 32 pieces look smooth."""
+"""Points on the path that is shown, ends included. Chosen: 32 segments look smooth."""
 
 
 @dataclass(frozen=True, eq=False)
 class Nearest:
-    """The nearest singular configuration, limits left aside.
+    """The nearest singular configuration, without regard to limits.
 
     Attributes:
         stratum: The stratum that it lies on.
-        distance: Euclidean distance of the joint values, rad and m alike.
-        values: Its joint values, within half a turn of where one came from, (n,).
+        distance: Euclidean distance of the joint values, with rad and m alike.
+        values: Its joint values, within half a turn of the given ones, (n,).
         path: Joint values on the straight way there, (P, n).
         sigma: σ_{m−k+1} on the way, in the units of the Jacobian, (P,); zero at the end.
     """
@@ -47,7 +47,7 @@ class Nearest:
 
 
 def nearest(chain: ScrewChain, strata: Sequence[Stratum], values: Array) -> list[Nearest]:
-    """The nearest configuration of every stratum, the nearest stratum first.
+    """For each stratum its nearest configuration, the nearest stratum first.
 
     Args:
         chain: What moves the tip.
@@ -65,7 +65,7 @@ def nearest(chain: ScrewChain, strata: Sequence[Stratum], values: Array) -> list
 
 
 def _nearest_on(chain: ScrewChain, leaf: Leaf, values: Array) -> Array:
-    """The nearest member of a leaf; of coupled joints a local minimum, the best from several starts."""
+    """The nearest member of a leaf; for coupled joints a local minimum, the best from several starts."""
     pinned = _least_move(leaf, values)
     if not leaf.relations and not leaf.curve:
         return pinned
@@ -80,7 +80,7 @@ def _coupled(leaf: Leaf) -> list[int]:
 
 
 def _least_move(leaf: Leaf, values: Array) -> Array:
-    """Where the pins hold, with the least change."""
+    """The joint values where the pins hold, with the least change."""
     if not leaf.pins:
         return values
     rows = np.stack([pin.angle.row(len(values)) for pin in leaf.pins])

@@ -1,4 +1,4 @@
-"""Ways of coupled joints through a leaf, inside the joint limits where they can be. Arrays only."""
+"""Paths of coupled joints through a leaf, within the joint limits if possible. Arrays only."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from robust_ik.singularities.trace.continuation import followed
 from robust_ik.singularities.trace.coupled_curves import Curve
 
 LONG, FAR = 1.2, 4.0
-"""How far coupled joints go that have several freedoms, and how far along a curve that they come back on, rad or m."""
+"""Length of a path of coupled joints with several degrees of freedom, and of one forth and back on a curve; rad, m."""
 EDGE = 0.02
-"""Distance that is kept from joint limits where there is room, rad or m."""
+"""Distance kept from joint limits if there is room, rad or m."""
 
 
 def coupled_path(facts: RobotFacts, leaf: Leaf, curves: Sequence[Curve], frames: int) -> Array:
-    """Configurations of a leaf with coupled joints under way and pinned ones in place, (frames, n)."""
+    """Configurations of a leaf with coupled joints moving and pinned ones at their values, (frames, n)."""
     if not leaf.coupled:
         return np.repeat(_settled(facts, leaf, leaf.samples[:1]), frames, axis=0)
     own = [curve for curve in curves if curve.ordered and leaf.holds(curve.values).all()]
@@ -37,7 +37,7 @@ def coupled_path(facts: RobotFacts, leaf: Leaf, curves: Sequence[Curve], frames:
 
 
 def _settled(facts: RobotFacts, leaf: Leaf, values: Array) -> Array:
-    """Pinned angles exactly in place, and all turned together by whole turns to lie between their limits."""
+    """Values with pinned angles exact, all turned together by whole turns to lie between their limits."""
     values = leaf.pinned(values)
     center = _centers(facts, values.mean(axis=0))
     return np.asarray(values - (values[:1] - center - wrapped(values[:1] - center, facts.chain.period)))
@@ -55,7 +55,7 @@ def _room(facts: RobotFacts, leaf: Leaf, values: Array) -> Array:
 
 
 def _along_a_curve(facts: RobotFacts, leaf: Leaf, curves: Sequence[Curve]) -> tuple[Array, bool]:
-    """The longest way along a curve that stays inside the limits, or a whole curve; and whether it goes round."""
+    """The longest path along a curve within the limits, or a whole closed curve; and whether it goes round."""
     best: tuple[int, Array, bool] | None = None
     for curve in curves:
         inside = _room(facts, leaf, curve.values) > EDGE
@@ -69,13 +69,13 @@ def _along_a_curve(facts: RobotFacts, leaf: Leaf, curves: Sequence[Curve]) -> tu
 
 
 def _limited(facts: RobotFacts, curve: Curve) -> bool:
-    """Whether a joint that makes a whole turn along the curve has limits, so that going round is no way."""
+    """Whether a joint that makes a whole turn along the curve has limits, so that going round is impossible."""
     turned = np.abs(curve.values[-1] + curve.chords[-1] - curve.values[0]) > 1e-3
     return bool(np.any(turned & (np.isfinite(facts.lower) | np.isfinite(facts.upper))))
 
 
 def _longest_run(inside: Mask, closed: bool) -> Array:
-    """Indices of the longest run of places that are inside; round the end where the curve is closed."""
+    """Indices of the longest run of points that are inside; on a closed curve it may pass the end."""
     count = len(inside)
     twice = np.concatenate([inside, inside]) if closed else inside
     edges = np.flatnonzero(np.diff(np.concatenate([[0], twice.astype(int), [0]])))
@@ -87,13 +87,13 @@ def _longest_run(inside: Mask, closed: bool) -> Array:
 
 
 def _unbroken(facts: RobotFacts, values: Array) -> Array:
-    """Consecutive values with jumps of whole turns taken out."""
+    """Consecutive values without jumps by whole turns."""
     steps = wrapped(np.diff(values, axis=0), facts.chain.period)
     return np.concatenate([values[:1], values[:1] + np.cumsum(steps, axis=0)])
 
 
 def _through_a_surface(facts: RobotFacts, leaf: Leaf) -> Array:
-    """Straight on, both ways, from the sample deepest inside the limits until they end."""
+    """The path straight on, both ways, from the sample deepest inside the limits until they end."""
     room = _room(facts, leaf, leaf.samples)
     start = leaf.pinned(leaf.samples[[int(np.argmax(np.minimum(room, 0.5)))]])
     start = _settled(facts, leaf, polished(facts.chain, start, leaf.corank))[0]
@@ -103,15 +103,15 @@ def _through_a_surface(facts: RobotFacts, leaf: Leaf) -> Array:
 
 
 def _inner(facts: RobotFacts, leaf: Leaf, values: Array) -> Array:
-    """The way as far as it stays inside the limits; all of it if it begins outside."""
+    """The path up to where it leaves the limits; all of it if it begins outside."""
     inside = _room(facts, leaf, values) > 0
     return values if inside.all() or not inside[0] else values[: int(np.argmin(inside))]
 
 
 def _resampled(path: Array, frames: int, closed: bool) -> Array:
-    """Evenly along a closed way; there and back with soft turns along another, (F, n)."""
+    """A closed path at even spacing; another one there and back with smooth turns, (F, n)."""
     gone = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
     turn = np.linspace(0.0, 1.0, frames)
-    # Back and forth from the middle, so that what is shown first is no end.
+    # Back and forth from the middle, so that the first configuration is not an end.
     there = gone[-1] * turn if closed else gone[-1] / 2 + min(gone[-1], FAR) / 2 * np.sin(2 * np.pi * turn)
     return np.stack([np.interp(there, gone, column) for column in path.T], axis=1)

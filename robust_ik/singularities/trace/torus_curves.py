@@ -1,4 +1,4 @@
-"""Curves of coupled joints, pair by pair, on the square that a pair of angles fills. Arrays only."""
+"""Curves of coupled joints, pair by pair, on the square of two angles. Arrays only."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from robust_ik.singularities.geometry.screw_chain import ScrewChain
 from robust_ik.singularities.trace.coupled_curves import Curve
 
 MOST_PANELS = 6
-"""Pairs of joints that are drawn. Chosen: all pairs of four joints, two rows of three in a figure."""
+"""Most pairs of joints that are drawn. Chosen: all pairs of four joints, two rows of three in a figure."""
 MOST_POINTS = 500
-"""Of a curve in a drawing: closer together than can be seen."""
+"""Most points of a curve in a drawing: more cannot be distinguished."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Axis:
 
     @classmethod
     def of(cls, chain: ScrewChain, joint: int) -> Axis:
-        """−180° to 180° of an angle, the range of a length."""
+        """An axis from −180° to 180° for an angle, over its range for a length."""
         if np.isfinite(chain.period[joint]):
             return cls(joint, -180.0, 180.0, 180.0 / np.pi, True)
         return cls(joint, float(chain.lower[joint]), float(chain.upper[joint]), 1.0, False)
@@ -49,24 +49,24 @@ class Axis:
 
     @property
     def ticks(self) -> tuple[float, ...]:
-        """Values to mark."""
+        """Values of the ticks."""
         return (-180.0, -90.0, 0.0, 90.0, 180.0) if self.turns else (self.low, (self.low + self.high) / 2, self.high)
 
     def shown(self, values: Array) -> Array:
-        """Where joint values (..., n) are along it, turned to lie on it, (...)."""
+        """Positions of joint values (..., n) on the axis, modulo whole turns, (...)."""
         x = values[..., self.joint] * self.factor
         return np.asarray((x + 180.0) % 360.0 - 180.0 if self.turns else x)
 
 
 def pairs(chain: ScrewChain, curves: tuple[Curve, ...]) -> list[tuple[Axis, Axis]]:
-    """Which joints are drawn against each other; one that is coupled with pinned ones only, against none."""
+    """Pairs of joints to be drawn against each other; a single coupled joint has none."""
     joints = sorted({joint for curve in curves for joint in curve.joints})
     axes = [Axis.of(chain, joint) for joint in joints]
     return list(combinations(axes, 2))[:MOST_PANELS]
 
 
 def strokes(curve: Curve, across: Axis, up: Axis) -> list[Array]:
-    """Pieces of an ordered curve, (P, 2) each, that cross no edge; where one does, both sides reach over it."""
+    """Parts of an ordered curve, (P, 2) each, cut at the edges of the square; at a cut both sides overlap."""
     way = np.concatenate([curve.values, curve.values[-1:] + curve.chords[-1:]]) if curve.closed else curve.values
     way = way[np.unique(np.linspace(0, len(way) - 1, MOST_POINTS).round().astype(int))]
     steps = np.stack([np.diff(way[:, axis.joint]) * axis.factor for axis in (across, up)], axis=1)
