@@ -69,12 +69,12 @@ STOPPING = """
 import signal
 from unittest.mock import patch
 from robust_ik.cli import main
-from robust_ik.singularities.atlas import search_run as search
-def read_corank(work, corank, starts, real=search.read_corank):
-    if corank == 2:
+from robust_ik.singularities.atlas.corank_search import CorankSearch
+def read(search, starts, real=CorankSearch.read):
+    if search.corank == 2:
         signal.raise_signal(signal.SIGINT)
-    return real(work, corank, starts)
-with patch.object(search, "read_corank", read_corank):
+    return real(search, starts)
+with patch.object(CorankSearch, "read", read):
     main()
 """
 

@@ -18,7 +18,7 @@ from robust_ik.singularities.atlas import proof_evidence
 from robust_ik.singularities.atlas.atlas import SingularityAtlas
 from robust_ik.singularities.atlas.corank_search import judged
 from robust_ik.singularities.atlas.evidence import Completeness
-from robust_ik.singularities.atlas.search_state import work_of
+from robust_ik.singularities.atlas.search_state import state_of
 
 CERTIFIED = ("pa10", "panda", "puma560", "ur5", "duleba_3r", "planar_3r", "xarm7", "talos_arm", "kinova")
 
@@ -29,7 +29,7 @@ def atlas_of(name):
 
 
 def statuses(atlas):
-    return [each.status for each in judged(work_of(atlas))]
+    return [each.status for each in judged(state_of(atlas))]
 
 
 @pytest.mark.parametrize("name", CERTIFIED)
@@ -70,7 +70,7 @@ def test_what_the_checker_refuses_is_an_estimate(monkeypatch):
 
 @pytest.mark.parametrize("name", ["pa10", "puma560"])
 def test_a_list_that_lacks_any_one_family_is_not_certified(name):
-    atlas, work = atlas_of(name), work_of(atlas_of(name))
+    atlas, work = atlas_of(name), state_of(atlas_of(name))
     for missing in atlas.strata:
         work.leaves = [leaf for row in atlas if row is not missing for leaf in row.leaves]
         found = judged(work)[missing.corank - 1]

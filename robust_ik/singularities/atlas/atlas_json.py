@@ -20,7 +20,7 @@ from robust_ik.singularities.atlas.atlas_checks import reread
 from robust_ik.singularities.atlas.atlas_record import AtlasRecord, Settings
 from robust_ik.singularities.atlas.corank_search import judged
 from robust_ik.singularities.atlas.evidence import Completeness, Evidence
-from robust_ik.singularities.atlas.search_state import work_of
+from robust_ik.singularities.atlas.search_state import state_of
 from robust_ik.singularities.conditions.angle_sums import Angle
 from robust_ik.singularities.conditions.arm_record import RobotFacts
 from robust_ik.singularities.conditions.trig_relations import Factor, Relation
@@ -139,7 +139,7 @@ def from_plain(data: dict[str, Any]) -> AtlasRecord:
         certificate=None if certificate is None else Certificate.from_json(json.dumps(certificate)),
     )
     atlas = reread(atlas)
-    return replace(atlas, evidence=judged(work_of(atlas)))
+    return replace(atlas, evidence=judged(state_of(atlas)))
 
 
 def _numbers(array: Array) -> Any:

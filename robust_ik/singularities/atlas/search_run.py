@@ -13,16 +13,10 @@ from robust_ik.errors import InputError
 from robust_ik.runtime.parallel import parts
 from robust_ik.runtime.progress import Told
 from robust_ik.singularities.atlas.atlas_record import AtlasRecord
-from robust_ik.singularities.atlas.corank_search import (
-    begin,
-    hold_out,
-    judged,
-    read_corank,
-    say_what_is_left,
-    unjudged,
-)
+from robust_ik.singularities.atlas.corank_search import CorankSearch, judged
+from robust_ik.singularities.atlas.evidence import Completeness, Evidence
 from robust_ik.singularities.atlas.search_pieces import CHUNK
-from robust_ik.singularities.atlas.search_state import SearchState, Tally, work_of
+from robust_ik.singularities.atlas.search_state import SearchState, Tally, state_of
 from robust_ik.singularities.families.stratum import Stratum
 from robust_ik.singularities.families.stratum_rows import make_rows
 
@@ -34,50 +28,71 @@ def extend(
     """An atlas after further starts for each corank; see `SingularityAtlas.extended`."""
     if isinstance(starts, bool) or not isinstance(starts, (int, np.integer)) or starts < 1:
         raise InputError(f"starts must be a whole number of at least 1, got {starts!r}")
-    work = work_of(atlas)
-    work.settings = replace(atlas.settings, starts=atlas.settings.starts + int(starts))
-    work.executor = executor
-    return searched(work, int(starts), progress)
+    state = state_of(atlas)
+    state.settings = replace(atlas.settings, starts=atlas.settings.starts + int(starts))
+    state.executor = executor
+    return searched(state, int(starts), progress)
 
 
-def searched(work: SearchState, starts: int, progress: Told | None) -> AtlasRecord:
+def searched(state: SearchState, starts: int, progress: Told | None) -> AtlasRecord:
     """The record after these starts for each corank, or after Ctrl-C."""
     interrupted = False
     try:
-        _search(work, starts, progress)
+        _search(state, starts, progress)
     except KeyboardInterrupt:
         interrupted = True
-        say_what_is_left(work, _wanted(work))
+        _mark_what_is_left(state)
     strata: list[Stratum] = []
     try:
-        for made in make_rows(work.facts, work.leaves, work.rng(0, 9)):
+        for made in make_rows(state.facts, state.leaves, state.rng(0, 9)):
             strata += made
-        evidence = judged(work)
+        evidence = judged(state)
     except KeyboardInterrupt:
-        interrupted, evidence = True, unjudged(work)
-    proofs = tuple(work.proven[k].proof for k in sorted(work.proven))
+        interrupted, evidence = True, _unjudged(state)
+    proofs = tuple(state.proven[k].proof for k in sorted(state.proven))
     return AtlasRecord(
-        work.facts, tuple(strata), evidence, work.settings, interrupted, Certificate(proofs) if proofs else None
+        state.facts, tuple(strata), evidence, state.settings, interrupted, Certificate(proofs) if proofs else None
     )
 
 
-def _wanted(work: SearchState) -> list[int]:
+def _wanted(state: SearchState) -> list[int]:
     """The coranks to look for; the search stops at the first one that does not exist."""
-    return [work.settings.corank] if work.settings.corank else list(range(1, work.facts.chain.m + 1))
+    return [state.settings.corank] if state.settings.corank else list(range(1, state.facts.chain.m + 1))
 
 
-def _search(work: SearchState, starts: int, progress: Told | None) -> None:
+def _search(state: SearchState, starts: int, progress: Told | None) -> None:
     """Runs the search step by step: each corank is searched, proved if possible and read; then all have a hold-out."""
-    wanted = _wanted(work)
+    searches = [CorankSearch(state, corank) for corank in _wanted(state)]
     chunks = len(parts(starts, CHUNK))
     steps = chunks + 2  # plus a proof, plus reading the leaves
-    work.tally = Tally(progress, len(wanted) * (steps + chunks))
-    begin(work, wanted, starts)
-    for index, corank in enumerate(wanted):
-        work.tally.reach(index * steps)
-        if not read_corank(work, corank, starts):
-            wanted = wanted[: index + 1]
+    state.tally = Tally(progress, len(searches) * (steps + chunks))
+    if state.executor is not None:  # pieces for coranks that do not exist only cost time of workers that would be idle
+        state.run_ahead([piece for each in searches for piece in each.pieces(starts)])
+    for index, each in enumerate(searches):
+        state.tally.reach(index * steps)
+        if not each.read(starts):
+            searches = searches[: index + 1]
             break
-    work.tally.reach(work.tally.total - len(wanted) * chunks)
-    hold_out(work, [corank for corank in wanted if work.of(corank)], starts)
-    work.tally.reach(work.tally.total)
+    state.tally.reach(state.tally.total - len(searches) * chunks)
+    _hold_out([each for each in searches if each.leaves], state, starts)
+    state.tally.reach(state.tally.total)
+
+
+def _hold_out(searches: list[CorankSearch], state: SearchState, starts: int) -> None:
+    """Fresh starts against the frozen lists of all coranks, which are searched at once."""
+    points, _ = state.run([chunk for each in searches for chunk in each.fresh(starts)])
+    for each in searches:
+        each.hold_out(starts, [part for part in points if part.corank == each.corank])
+
+
+def _mark_what_is_left(state: SearchState) -> None:
+    """Marks the coranks that an interrupted search did not come to."""
+    if not any(each.status is Completeness.NONE_FOUND for each in state.evidence.values()):
+        for corank in _wanted(state):
+            state.evidence.setdefault(corank, Evidence(corank, Completeness.INTERRUPTED, 0, 0, 0))
+
+
+def _unjudged(state: SearchState) -> tuple[Evidence, ...]:
+    """The evidence of lists that are not whole, so that nothing can be held against them."""
+    evidence = [each for _, each in sorted(state.evidence.items())]
+    return tuple(replace(each, status=Completeness.INTERRUPTED, fresh=0, unmatched=0, proof="") for each in evidence)

@@ -77,17 +77,6 @@ class SearchState:
         """A generator with that seed."""
         return np.random.default_rng(self.seed(corank, stage))
 
-    def search(self, corank: int, starts: int, stage: int) -> list[Chunk]:
-        """Fresh starts, in chunks."""
-        seed, settings = self.seed(corank, stage), self.settings
-        return Chunk(self.facts.chain, corank, starts, seed, settings.method, settings.tolerance).split()
-
-    def proof(self, corank: int) -> list[ProofOf]:
-        """The proof of one corank, as a list: empty if none is wanted or one was tried before."""
-        if not self.settings.certified or corank in self.proven:
-            return []
-        return [ProofOf(self.facts.chain, self.facts.exact, self.facts.inexact, corank)]
-
     def run_ahead(self, pieces: Sequence[Chunk | ProofOf]) -> None:
         """Runs pieces that may be needed later, all at once."""
         self.ahead.update(zip(pieces, self._results(pieces)))
@@ -114,7 +103,7 @@ class SearchState:
         return np.asarray(known | ((points.coranks > corank) & (self.settings.corank is not None)))
 
 
-def work_of(atlas: AtlasRecord) -> SearchState:
+def state_of(atlas: AtlasRecord) -> SearchState:
     """The state from which an atlas can be continued; its proofs are checked again."""
     facts = atlas.robot
     return SearchState(
