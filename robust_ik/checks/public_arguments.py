@@ -23,7 +23,7 @@ Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")
 
 ARRAYS = ("Array", "ArrayLike", "NDArray")
-CALLED = ("Callable", "Told", "Function", "Progress")
+CALLED = ("Callable", "ProgressCallback", "Function", "Progress")
 MANY = ("Sequence", "Iterable", "tuple", "list")
 NAMED = {
     "Certificate": "a Certificate", "DHTable": "a DHTable", "Explanation": "an Explanation",

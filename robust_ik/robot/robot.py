@@ -31,7 +31,7 @@ from robust_ik.robot.default_rest import SAMPLES, default_rest
 from robust_ik.robot.joint_map import JointMap
 from robust_ik.robot.pinocchio_model import Data, Model, PinocchioModel, build_model, joints_to_keep
 from robust_ik.runtime.files import checked_folders
-from robust_ik.runtime.told_once import tell_once
+from robust_ik.runtime.warn_once import warn_once
 
 Reference = Literal["local", "world", "local_world_aligned"]
 
@@ -166,7 +166,7 @@ class Robot:
             _joints=joints,
             guess=guess,
         )
-        tell_once(description.source, robot.notes)
+        warn_once(description.source, robot.notes)
         return robot.with_default_rest()
 
     def with_default_rest(self) -> Self:

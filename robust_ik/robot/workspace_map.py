@@ -15,8 +15,8 @@ from robust_ik.errors import InputError, suggest
 from robust_ik.kinematics.svd import svd
 from robust_ik.kinematics.twist_rows import checked_rows
 from robust_ik.robot.robot import Robot
-from robust_ik.runtime.parallel import parts, run_pieces, seed_of
-from robust_ik.runtime.progress import Told
+from robust_ik.runtime.parallel import chunk_sizes, run_pieces, seed_of
+from robust_ik.runtime.progress import ProgressCallback
 
 COUNT, CHUNK = 20_000, 5_000
 """Configurations of a map, and of a worker's piece.
@@ -157,7 +157,7 @@ def map_workspace(
     rows: Sequence[str] | None = None,
     length_scale: float = 1.0,
     executor: Executor | None = None,
-    progress: Told | None = None,
+    progress: ProgressCallback | None = None,
 ) -> WorkspaceMap:
     """A map of singular values over the workspace, from random configurations within the joint limits.
 
@@ -182,7 +182,7 @@ def map_workspace(
     robot.pose(robot.rest)  # raises here, not in a worker, for a robot without a tip
     seed, mapped = seed_of(rng), robot.with_rows(rows)
     pieces = [
-        _Samples(mapped, length_scale, size, (seed, index)) for index, size in enumerate(parts(int(count), CHUNK))
+        _Samples(mapped, length_scale, size, (seed, index)) for index, size in enumerate(chunk_sizes(int(count), CHUNK))
     ]
     q, positions, sigma = zip(*run_pieces(_Samples.run, pieces, executor, progress))
     return WorkspaceMap(

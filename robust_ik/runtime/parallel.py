@@ -19,7 +19,7 @@ import numpy as np
 
 from robust_ik.checks.public_arguments import check_type
 from robust_ik.errors import InputError
-from robust_ik.runtime.progress import Told
+from robust_ik.runtime.progress import ProgressCallback
 
 Piece = TypeVar("Piece")
 Result = TypeVar("Result")
@@ -36,7 +36,7 @@ def run_pieces(
     function: Callable[[Piece], Result],
     pieces: Iterable[Piece],
     executor: Executor | None = None,
-    progress: Told | None = None,
+    progress: ProgressCallback | None = None,
 ) -> list[Result]:
     """The results function(piece) of all pieces, in order.
 
@@ -113,7 +113,7 @@ def _sent(
             future.cancel()
 
 
-def parts(count: int, most: int) -> list[int]:
+def chunk_sizes(count: int, most: int) -> list[int]:
     """The count split into parts of `most` and a rest: the same for every number of workers."""
     return [min(most, count - first) for first in range(0, count, most)]
 

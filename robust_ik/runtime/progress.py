@@ -10,12 +10,12 @@ from contextlib import contextmanager
 PATIENCE = 2.0
 """Seconds after which a progress bar is shown."""
 
-Told = Callable[[int, int], None]
+ProgressCallback = Callable[[int, int], None]
 """A callback that is called with (steps done, steps in all)."""
 
 
 @contextmanager
-def progress_bar(what: str) -> Iterator[Told]:
+def progress_bar(what: str) -> Iterator[ProgressCallback]:
     """A progress bar on standard error, shown only at a terminal and if the work takes longer than `PATIENCE`.
 
     Args:

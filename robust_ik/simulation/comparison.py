@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from robust_ik.checks.public_arguments import checked
 from robust_ik.errors import InputError, listed
 from robust_ik.runtime.parallel import run_pieces
-from robust_ik.runtime.progress import Told
+from robust_ik.runtime.progress import ProgressCallback
 from robust_ik.simulation.scenario import Method, Scenario
 from robust_ik.simulation.simulator import simulate
 from robust_ik.simulation.trajectory import Trajectory
@@ -21,7 +21,7 @@ def compare(
     methods: Mapping[str, Method] | None = None,
     *,
     executor: Executor | None = None,
-    progress: Told | None = None,
+    progress: ProgressCallback | None = None,
 ) -> dict[str, dict[str, Trajectory]]:
     """Runs every scenario with every method.
 

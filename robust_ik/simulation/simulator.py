@@ -21,7 +21,7 @@ from robust_ik.errors import InputError
 from robust_ik.kinematics.svd import length, svd
 from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.robot.robot import Robot
-from robust_ik.runtime.progress import Told, progress_bar
+from robust_ik.runtime.progress import ProgressCallback, progress_bar
 from robust_ik.simulation.scenario import Method, Motion, Scenario
 from robust_ik.simulation.trajectory import Trajectory
 
@@ -43,12 +43,12 @@ def simulate(
     dt: float = 0.01,
     limits: Sequence[Limit] | Limit | None = None,
     length_scale: float | None = None,
-    progress: Told | None = None,
+    progress: ProgressCallback | None = None,
 ) -> Trajectory: ...
 
 
 @overload
-def simulate(robot: Scenario, resolver: Method | str, *, progress: Told | None = None) -> Trajectory: ...
+def simulate(robot: Scenario, resolver: Method | str, *, progress: ProgressCallback | None = None) -> Trajectory: ...
 
 
 @checked
@@ -62,7 +62,7 @@ def simulate(
     dt: float = 0.01,
     limits: Sequence[Limit] | Limit | None = None,
     length_scale: float | None = None,
-    progress: Told | None = None,
+    progress: ProgressCallback | None = None,
 ) -> Trajectory:
     """Simulates a stack of tasks from q0 on, by explicit Euler steps; or a scenario, which defines all but the method.
 
@@ -96,7 +96,7 @@ def simulate(
     return _run(controller, motion, q, steps, dt, progress)
 
 
-def _run_scenario(scenario: Scenario, given: Method | str | None, progress: Told | None) -> Trajectory:
+def _run_scenario(scenario: Scenario, given: Method | str | None, progress: ProgressCallback | None) -> Trajectory:
     """Runs a scenario with one method; the run of one of its own methods is named by its label."""
     method = scenario.method(given) if isinstance(given, str) else given
     run = simulate(
@@ -106,7 +106,9 @@ def _run_scenario(scenario: Scenario, given: Method | str | None, progress: Told
     return replace(run, name=given) if isinstance(given, str) else run
 
 
-def _run(controller: VelocityController, motion: Motion, q: Array, steps: int, dt: float, told: Told) -> Trajectory:
+def _run(
+    controller: VelocityController, motion: Motion, q: Array, steps: int, dt: float, told: ProgressCallback
+) -> Trajectory:
     robot, stack = controller.robot, _stack_at(motion, 0.0)
     record = _Record(robot, steps, _watched(stack))
     for i in range(steps):

@@ -8,7 +8,7 @@ import pytest
 import robust_ik as rik
 from robust_ik import cli
 from robust_ik.cli.shared import xacro_arguments
-from robust_ik.runtime import told_once
+from robust_ik.runtime import warn_once
 
 DATA = Path(__file__).parents[1] / "data"
 
@@ -19,7 +19,7 @@ def command(capsys, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(cli.console, "width", 200)
     monkeypatch.setattr(cli.errors, "width", 200)
-    monkeypatch.setattr(told_once, "_TOLD", set())
+    monkeypatch.setattr(warn_once, "_TOLD", set())
 
     def run(*arguments):
         monkeypatch.setattr(sys, "argv", ["robust-ik", *arguments])

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import robust_ik as rik
-from robust_ik.runtime.parallel import parts, process_pool, run_pieces, seed_of
+from robust_ik.runtime.parallel import chunk_sizes, process_pool, run_pieces, seed_of
 from robust_ik.singularities.atlas.atlas_json import to_plain
 
 CALLER = os.getpid()
@@ -173,9 +173,9 @@ def test_a_pool_of_one_is_this_process_and_a_pool_of_none_is_refused():
 
 
 def test_parts_add_up():
-    assert parts(1100, 500) == [500, 500, 100]
-    assert parts(500, 500) == [500]
-    assert parts(0, 500) == []
+    assert chunk_sizes(1100, 500) == [500, 500, 100]
+    assert chunk_sizes(500, 500) == [500]
+    assert chunk_sizes(0, 500) == []
 
 
 def test_seeds_are_given_drawn_or_the_default():

@@ -11,7 +11,7 @@ from robust_ik.kinematics.svd import svd
 from robust_ik.singularities.atlas.atlas_json import to_plain
 from robust_ik.singularities.atlas.evidence import Completeness
 from robust_ik.singularities.atlas.search import find_singularities
-from robust_ik.singularities.families.degenerate_leaves import folded_leaves
+from robust_ik.singularities.families.degenerate_leaves import degenerate_leaves
 from robust_ik.singularities.families.leaf import sound
 from robust_ik.singularities.families.leaf_guesses import completed
 from robust_ik.singularities.families.leaf_merging import joined
@@ -207,7 +207,7 @@ def test_points_off_every_leaf_are_not_accounted_for():
     lost = np.concatenate([leaf.filled(chain, np.random.default_rng(0), 5) for leaf in leaves if _is_folded_form(leaf)])
     assert accounts(chain, 1, leaves, lost).all()
     assert not accounts(chain, 1, kept, lost).any()
-    found = folded_leaves(chain, lost, 1, np.random.default_rng(0))
+    found = degenerate_leaves(chain, lost, 1, np.random.default_rng(0))
     assert all(sound(chain, leaf, np.random.default_rng(0)) for leaf in found)
     assert accounts(chain, 1, found, lost).all()
 

@@ -9,14 +9,14 @@ from functools import partial
 from robust_ik.checks.public_arguments import checked
 from robust_ik.inverses import CLASSES, GainFormula
 from robust_ik.robot.robot import Robot
-from robust_ik.runtime.progress import Told
+from robust_ik.runtime.progress import ProgressCallback
 
 SMALLEST = 8
 """The smallest kernels are for this many joints, rows and columns."""
 
 
 @checked
-def warmup(robot: Robot | None = None, *, progress: Told | None = None) -> float:
+def warmup(robot: Robot | None = None, *, progress: ProgressCallback | None = None) -> float:
     """Compiles all kernels, or reads them from disk if they have been compiled on this machine before.
 
     The first time on a machine takes about two minutes of one core, later ones a second, most of it to import Numba;

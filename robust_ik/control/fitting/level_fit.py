@@ -80,7 +80,7 @@ def nearest(wish: Wish, motion: Array, backend: str | None = None) -> tuple[Arra
     return change, share_of(wish.reduced.matrix @ wish.motion, wish.reduced.matrix @ change)
 
 
-def directed(wish: Wish, backend: str | None = None) -> tuple[Array, float]:
+def keeping_direction(wish: Wish, backend: str | None = None) -> tuple[Array, float]:
     """The motion t q̇ + w + z: the largest share t of the wish q̇ that is worth its help z; z does not move the level.
 
     It maximises t q̇ᵀ H q̇ − ½ zᵀ H z − ½ wᵀ H w/TURN² with t ≤ 1 and w orthogonal to q̇ in H: the whole wish if help
@@ -91,7 +91,7 @@ def directed(wish: Wish, backend: str | None = None) -> tuple[Array, float]:
     cost = wish.cost
     rank, largest = cost.rank, float(np.abs(wish.motion).max(initial=0.0)) or 1.0  # squares could overflow without it
     if largest > HUGE:
-        change, share = directed(replace(wish, motion=wish.motion * (HUGE / largest)), backend)
+        change, share = keeping_direction(replace(wish, motion=wish.motion * (HUGE / largest)), backend)
         return change, share * (HUGE / largest)
     roots = np.sqrt(cost.weights)
     moving, resting = cost.directions[:, :rank] / roots[:rank], cost.directions[:, rank:] / roots[rank:]

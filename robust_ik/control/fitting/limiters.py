@@ -15,7 +15,7 @@ import numpy as np
 from robust_ik.checks import Array
 from robust_ik.checks.public_arguments import check_type
 from robust_ik.control.fitting.bounded_qp import check_backend, share_of
-from robust_ik.control.fitting.level_fit import Wish, directed, nearest, slowed, within_speeds
+from robust_ik.control.fitting.level_fit import Wish, keeping_direction, nearest, slowed, within_speeds
 
 RISE = 2.0
 """How fast the joint speed of a level that was stopped grows again, rad/s² or m/s².
@@ -55,7 +55,7 @@ class Sliding(Limiter):
         motion = within_speeds(wish)
         if wish.bounds.largest_step(wish.qdot, motion) == 1:
             return motion, share
-        kept, share = directed(replace(wish, motion=motion))
+        kept, share = keeping_direction(replace(wish, motion=motion))
         if share == 1:
             return kept, share_of(wish.reduced.matrix @ wish.motion, wish.reduced.matrix @ kept)
         aside = nearest(replace(wish, qdot=wish.qdot + kept), (1 - share) * motion)[0]
@@ -98,7 +98,7 @@ class QuadraticProgram(Limiter):
         if share == 1:
             return scaled, share
         if self.keep_direction:
-            return directed(wish, self.backend)
+            return keeping_direction(wish, self.backend)
         return nearest(wish, within_speeds(wish), self.backend)
 
 
@@ -122,7 +122,7 @@ class Saturation(Limiter):
     def limit(self, wish: Wish) -> tuple[Array, float]:
         """See `Limiter.limit`."""
         scaled, share = slowed(wish)
-        return (scaled, share) if share == 1 else directed(wish)
+        return (scaled, share) if share == 1 else keeping_direction(wish)
 
 
 @dataclass(frozen=True)

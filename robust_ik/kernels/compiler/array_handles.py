@@ -81,7 +81,7 @@ def _reader(bits: int) -> Any:
     return read
 
 
-byte_at, half_at, whole_at = _reader(8), _reader(32), _reader(64)
+byte_at, int32_at, int64_at = _reader(8), _reader(32), _reader(64)
 
 
 @intrinsic
@@ -94,7 +94,7 @@ def address_of(typing_context: Any, handle: Any) -> Any:
 def is_vector(handle: Any, array_class: int, length: int, flags: int) -> bool:
     """Whether the object is an array of class `array_class` with `length` doubles in one axis and these flags."""
     at = address_of(handle)
-    return bool(_is_plain(at, array_class, 1, flags) and whole_at(whole_at(at + SHAPE)) == length)
+    return bool(_is_plain(at, array_class, 1, flags) and int64_at(int64_at(at + SHAPE)) == length)
 
 
 @inlined
@@ -103,19 +103,19 @@ def is_matrix(handle: Any, array_class: int, rows: int, columns: int, flags: int
     at = address_of(handle)
     if not _is_plain(at, array_class, 2, flags):
         return False
-    shape = whole_at(at + SHAPE)
-    return bool(whole_at(shape) == rows and whole_at(shape + 8) == columns)
+    shape = int64_at(at + SHAPE)
+    return bool(int64_at(shape) == rows and int64_at(shape + 8) == columns)
 
 
 @inlined
 def _is_plain(at: int, array_class: int, axes: int, flags: int) -> bool:
-    if whole_at(at + CLASS) != array_class or half_at(at + AXES) != axes or half_at(at + FLAGS) & flags != flags:
+    if int64_at(at + CLASS) != array_class or int32_at(at + AXES) != axes or int32_at(at + FLAGS) & flags != flags:
         return False
-    kind = whole_at(at + KIND)
-    return bool(half_at(kind + NUMBER) == DOUBLE and byte_at(kind + ORDER) == NATIVE)
+    kind = int64_at(at + KIND)
+    return bool(int32_at(kind + NUMBER) == DOUBLE and byte_at(kind + ORDER) == NATIVE)
 
 
 @inlined
 def numbers_of(handle: Any) -> Pointer:
     """Pointer to the first of an array's doubles."""
-    return at_address(whole_at(address_of(handle) + DATA))
+    return at_address(int64_at(address_of(handle) + DATA))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from robust_ik.checks import Array
-from robust_ik.kernels.compiler.array_handles import ALIGNED, CONTIGUOUS, is_matrix, is_vector, numbers_of, whole_at
+from robust_ik.kernels.compiler.array_handles import ALIGNED, CONTIGUOUS, int64_at, is_matrix, is_vector, numbers_of
 from robust_ik.kernels.compiler.compiling import HANDLE, WHOLE, called, filled, given, kernel
 from robust_ik.kernels.compiler.simd_lanes import Number, somewhere, spread
 from robust_ik.kernels.compiler.stack_memory import (
@@ -131,7 +131,7 @@ def solve_one(setup: int, target: Any, q0: Any, q: Any, numbers: Any) -> bool:
         q: Array with room for as many configurations as are wanted; not checked.
         numbers: Array with room for results, see `pose_layout`; not checked.
     """
-    array_class, problem, options = whole_at(setup), at_address(whole_at(setup + 8)), at_address(whole_at(setup + 16))
+    array_class, problem, options = int64_at(setup), at_address(int64_at(setup + 8)), at_address(int64_at(setup + 16))
     plain, length = CONTIGUOUS | ALIGNED, int(problem[lay.LENGTH])
     if not (is_matrix(target, array_class, 4, 4, plain) and is_vector(q0, array_class, length, plain)):
         return False

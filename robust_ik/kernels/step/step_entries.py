@@ -9,7 +9,7 @@ from typing import Any
 
 from robust_ik.checks import Array
 from robust_ik.kernels.chain.chain_layout import CONFIGURATION, INDEPENDENT
-from robust_ik.kernels.compiler.array_handles import ALIGNED, CONTIGUOUS, WRITEABLE, is_vector, numbers_of, whole_at
+from robust_ik.kernels.compiler.array_handles import ALIGNED, CONTIGUOUS, WRITEABLE, int64_at, is_vector, numbers_of
 from robust_ik.kernels.compiler.compiling import HANDLE, WHOLE, filled, given, inlined, kernel
 from robust_ik.kernels.compiler.stack_memory import W8, W16, Pointer, Sizes, at_address
 from robust_ik.kernels.step.step import factor_one, many, step_one
@@ -25,13 +25,13 @@ PLAIN = CONTIGUOUS | ALIGNED
 @inlined
 def program_of(setup: int) -> Pointer:
     """The program, from the address of two addresses: of NumPy's array class and of the program."""
-    return at_address(whole_at(setup + 8))
+    return at_address(int64_at(setup + 8))
 
 
 @inlined
 def fit(setup: int, q: Any, twist: Any) -> bool:
     """Whether q and twist are vectors of doubles of the right lengths."""
-    program, array_class = program_of(setup), whole_at(setup)
+    program, array_class = program_of(setup), int64_at(setup)
     length = int(program[int(program[CHAIN]) + CONFIGURATION])
     return bool(is_vector(q, array_class, length, PLAIN) and is_vector(twist, array_class, int(program[ROWS]), PLAIN))
 
@@ -40,7 +40,7 @@ def fit(setup: int, q: Any, twist: Any) -> bool:
 def fits(setup: int, speeds: Any, flags: int) -> bool:
     """Whether `speeds` has one double for each joint."""
     program = program_of(setup)
-    return bool(is_vector(speeds, whole_at(setup), int(program[int(program[CHAIN]) + INDEPENDENT]), flags))
+    return bool(is_vector(speeds, int64_at(setup), int(program[int(program[CHAIN]) + INDEPENDENT]), flags))
 
 
 @inlined

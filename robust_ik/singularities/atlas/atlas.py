@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from robust_ik.checks.public_arguments import checked
-from robust_ik.runtime.progress import Told
+from robust_ik.runtime.progress import ProgressCallback
 from robust_ik.singularities.atlas import atlas_tables
 from robust_ik.singularities.atlas.atlas_json import load, save
 from robust_ik.singularities.atlas.atlas_record import AtlasRecord
@@ -35,7 +35,7 @@ class SingularityAtlas(AtlasRecord):
         return self.markdown()
 
     def extended(
-        self, starts: int, *, executor: Executor | None = None, progress: Told | None = None
+        self, starts: int, *, executor: Executor | None = None, progress: ProgressCallback | None = None
     ) -> SingularityAtlas:
         """The atlas after further starts for each corank; its rows are kept and new ones added.
 

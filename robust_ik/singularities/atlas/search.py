@@ -12,7 +12,7 @@ from robust_ik.checks import checked_parameter
 from robust_ik.checks.public_arguments import checked
 from robust_ik.errors import InputError
 from robust_ik.runtime.parallel import seed_of
-from robust_ik.runtime.progress import Told
+from robust_ik.runtime.progress import ProgressCallback
 from robust_ik.singularities.atlas.atlas import SingularityAtlas, atlas_of
 from robust_ik.singularities.atlas.atlas_record import Settings
 from robust_ik.singularities.atlas.search_run import searched
@@ -47,7 +47,7 @@ def find_singularities(
     snap: bool = False,
     certify: bool = True,
     executor: Executor | None = None,
-    progress: Told | None = None,
+    progress: ProgressCallback | None = None,
 ) -> SingularityAtlas:
     """Finds every family of singular configurations, of every corank, that random starts reach, within limits or not.
 

@@ -9,7 +9,7 @@ import numpy as np
 from robust_ik.certificates import Proof
 from robust_ik.certificates.certify import certify_plain
 from robust_ik.certificates.proof import Arm
-from robust_ik.runtime.parallel import parts
+from robust_ik.runtime.parallel import chunk_sizes
 from robust_ik.singularities.atlas.proof_evidence import ProofOutcome
 from robust_ik.singularities.find.points_found import Points
 from robust_ik.singularities.find.random_starts import Method, find_points
@@ -50,7 +50,7 @@ class Chunk:
         """The same starts in chunks of at most CHUNK, each with a seed of its own, the first with this seed."""
         return [
             replace(self, starts=size, seed=(*self.seed, index) if index else self.seed)
-            for index, size in enumerate(parts(self.starts, CHUNK))
+            for index, size in enumerate(chunk_sizes(self.starts, CHUNK))
         ]
 
 

@@ -10,8 +10,8 @@ import numpy as np
 from robust_ik.certificates import Certificate
 from robust_ik.checks.public_arguments import checked
 from robust_ik.errors import InputError
-from robust_ik.runtime.parallel import parts
-from robust_ik.runtime.progress import Told
+from robust_ik.runtime.parallel import chunk_sizes
+from robust_ik.runtime.progress import ProgressCallback
 from robust_ik.singularities.atlas.atlas_record import AtlasRecord
 from robust_ik.singularities.atlas.corank_search import CorankSearch, judged
 from robust_ik.singularities.atlas.evidence import Completeness, Evidence
@@ -23,7 +23,7 @@ from robust_ik.singularities.families.stratum_rows import make_rows
 
 @checked
 def extend(
-    atlas: AtlasRecord, starts: int, executor: Executor | None = None, progress: Told | None = None
+    atlas: AtlasRecord, starts: int, executor: Executor | None = None, progress: ProgressCallback | None = None
 ) -> AtlasRecord:
     """An atlas after further starts for each corank; see `SingularityAtlas.extended`."""
     if isinstance(starts, bool) or not isinstance(starts, (int, np.integer)) or starts < 1:
@@ -34,7 +34,7 @@ def extend(
     return searched(state, int(starts), progress)
 
 
-def searched(state: SearchState, starts: int, progress: Told | None) -> AtlasRecord:
+def searched(state: SearchState, starts: int, progress: ProgressCallback | None) -> AtlasRecord:
     """The record after these starts for each corank, or after Ctrl-C."""
     interrupted = False
     try:
@@ -60,10 +60,10 @@ def _wanted(state: SearchState) -> list[int]:
     return [state.settings.corank] if state.settings.corank else list(range(1, state.facts.chain.m + 1))
 
 
-def _search(state: SearchState, starts: int, progress: Told | None) -> None:
+def _search(state: SearchState, starts: int, progress: ProgressCallback | None) -> None:
     """Runs the search step by step: each corank is searched, proved if possible and read; then all have a hold-out."""
     searches = [CorankSearch(state, corank) for corank in _wanted(state)]
-    chunks = len(parts(starts, CHUNK))
+    chunks = len(chunk_sizes(starts, CHUNK))
     steps = chunks + 2  # plus a proof, plus reading the leaves
     state.tally = Tally(progress, len(searches) * (steps + chunks))
     if state.executor is not None:  # pieces for coranks that do not exist only cost time of workers that would be idle

@@ -10,7 +10,7 @@ import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.runtime.parallel import run_pieces
-from robust_ik.runtime.progress import Told
+from robust_ik.runtime.progress import ProgressCallback
 from robust_ik.singularities.atlas.atlas_record import AtlasRecord, Settings
 from robust_ik.singularities.atlas.evidence import Evidence
 from robust_ik.singularities.atlas.proof_evidence import ProofOutcome
@@ -32,7 +32,7 @@ class Tally:
         done: Steps done.
     """
 
-    told: Told | None = None
+    told: ProgressCallback | None = None
     total: int = 1
     done: int = 0
 

@@ -40,7 +40,7 @@ FEWEST = 3
 """Least number of points that make a family."""
 
 
-def folded_leaves(chain: ScrewChain, values: Array, corank: int, rng: np.random.Generator) -> list[Leaf]:
+def degenerate_leaves(chain: ScrewChain, values: Array, corank: int, rng: np.random.Generator) -> list[Leaf]:
     """Leaves of free, pinned and related joints, suggested by points (N, n) without clear tangents; to be verified."""
     values = polished(chain, values, corank)
     free = _free(chain, values, corank, rng)

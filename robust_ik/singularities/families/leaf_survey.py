@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robust_ik.checks import Array
-from robust_ik.singularities.families.degenerate_leaves import folded_leaves
+from robust_ik.singularities.families.degenerate_leaves import degenerate_leaves
 from robust_ik.singularities.families.leaf import HOLDS, Leaf, cleaned, explained, sound
 from robust_ik.singularities.families.leaf_discovery import discover
 from robust_ik.singularities.families.leaf_guesses import completed
@@ -78,7 +78,7 @@ def survey(
         rejected += failed
         accounted = accounts(chain, corank, [*leaves, *higher], values)
     if not accounted.all():
-        folded = [cleaned(chain, leaf, rng) for leaf in folded_leaves(chain, values[~accounted], corank, rng)]
+        folded = [cleaned(chain, leaf, rng) for leaf in degenerate_leaves(chain, values[~accounted], corank, rng)]
         leaves, _ = _found_anew(chain, leaves, folded, rng)
         accounted = accounts(chain, corank, [*leaves, *higher], values)
     return Survey(tuple(replace(leaf, samples=leaf.samples[:KEPT]) for leaf in leaves), accounted, rejected)

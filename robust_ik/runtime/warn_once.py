@@ -11,7 +11,7 @@ MOST_TOLD = 1000
 _TOLD: set[str] = set()
 
 
-def tell_once(about: str, notes: Iterable[str]) -> None:
+def warn_once(about: str, notes: Iterable[str]) -> None:
     """Logs notes as warnings, except those that were logged before.
 
     Args:
