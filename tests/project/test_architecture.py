@@ -81,6 +81,40 @@ def test_no_modules_import_each_other_in_a_circle():
     assert "robust_ik.singularities.atlas.atlas" in circles(imports)
 
 
+SHORT = {"chain_layout": "links", "pose_layout": "lay", "search_memory": "mem", "step_layout": "slots"}
+"""Modules of places in vectors, which kernels name in every line: the one short name that each may have."""
+
+
+def names_of_classes(texts):
+    """Class name → the files that define it at their top, of those that more than one does."""
+    found = {}
+    for name, text in texts.items():
+        for node in ast.parse(text).body:
+            if isinstance(node, ast.ClassDef):
+                found.setdefault(node.name, []).append(name)
+    return {name: files for name, files in found.items() if len(files) > 1}
+
+
+def renamed_modules(text):
+    """Modules of ours that a text imports under another name than their own."""
+    imports = [node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.ImportFrom)]
+    pairs = [
+        (each.name, each.asname) for node in imports for each in node.names if each.asname not in (None, each.name)
+    ]
+    return [(name, short) for name, short in pairs if (name in MODULES) and SHORT.get(name) != short]
+
+
+TEXTS = {path.relative_to(PACKAGE).as_posix(): path.read_text(encoding="utf-8") for path in PACKAGE.rglob("*.py")}
+MODULES = {Path(name).stem for name in TEXTS} - {"warmup"}
+
+
+def test_a_class_has_a_name_of_its_own_and_a_module_is_called_by_its_name():
+    assert names_of_classes(TEXTS) == {}
+    assert names_of_classes({"a.py": "class Leaf: ...", "b.py": "class Leaf: ..."}) == {"Leaf": ["a.py", "b.py"]}
+    assert {name: found for name, text in TEXTS.items() if (found := renamed_modules(text))} == {}
+    assert renamed_modules("from robust_ik.kinematics import svd as linalg") == [("svd", "linalg")]
+
+
 def reached_into(importer, text):
     """Imports of a module inside another room's folder, past what the folder hands on, and of private names."""
     found = []
@@ -96,8 +130,8 @@ def reached_into(importer, text):
 
 def test_a_folder_of_another_room_is_used_through_what_it_hands_on():
     """Kernels are imported one by one, where they are called: Numba takes half a second."""
-    for path in PACKAGE.rglob("*.py"):
-        assert reached_into(path.relative_to(PACKAGE).as_posix(), path.read_text(encoding="utf-8")) == []
+    for name, text in TEXTS.items():
+        assert reached_into(name, text) == []
     assert reached_into("display/page.py", "from robust_ik.singularities.trace.continuation import follow")
     assert reached_into("display/page.py", "from robust_ik.singularities.trace import _private")
     assert not reached_into("display/page.py", "from robust_ik.singularities.trace import Curve")

@@ -148,12 +148,12 @@ def _written(
 
 
 def _compiled(n: int) -> tuple[Step, Step, Step]:
-    from robust_ik.kernels.step import step_entries as entries
+    from robust_ik.kernels.step import step_entries
 
     kernels = (
-        (entries.step_8, entries.beside_8, entries.steps_8)
+        (step_entries.step_8, step_entries.beside_8, step_entries.steps_8)
         if n <= 8
-        else (entries.step_16, entries.beside_16, entries.steps_16)
+        else (step_entries.step_16, step_entries.beside_16, step_entries.steps_16)
     )
     step, beside, steps = (kernel.compiled for kernel in kernels)
     return step, beside, steps
@@ -167,11 +167,11 @@ def is_plain(array: Any, n: int) -> bool:
 
 def _half_compiled(inverse: SingularValueFilter, size: tuple[int, int, int], joints: Array | None) -> tuple[Step, Step]:
     """Functions of which all but the gains is compiled."""
-    from robust_ik.kernels.step import step_entries as entries
+    from robust_ik.kernels.step import step_entries
 
     n, _, m = size
     k = min(m, n)
-    factor = (entries.factor_8 if n <= 8 else entries.factor_16).compiled
+    factor = (step_entries.factor_8 if n <= 8 else step_entries.factor_16).compiled
     back = None if joints is None else np.linalg.inv(joints)
 
     def beside(address: int, q: Array, twist: Array, secondary: Array | None, out: Array) -> int:
