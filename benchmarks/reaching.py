@@ -18,7 +18,7 @@ from benchmarks.environments import progress
 from benchmarks.tables import markdown, parser, publish
 from robust_ik.control.reaching.goals import GoalFinder
 from robust_ik.control.reaching.path import Caps, Path
-from robust_ik.control.reaching.space import Space
+from robust_ik.control.reaching.search_space import Space
 
 ARMS = ("xarm7", "panda", "kinova", "ur5", "ur10", "z1", "so101", "puma560", "pa10", "kinova_gen3")
 GAIN, LINEAR, ANGULAR, DT, SEED = 5.0, 0.05, 0.2, 0.01, 15

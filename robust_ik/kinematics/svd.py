@@ -1,6 +1,8 @@
 """The singular value decomposition and what follows from it: measures and projectors.
 
-This is the only place that calls an SVD. Everything is batched over leading axes.
+Everything is batched over leading axes. Up to 16×16 a compiled kernel decomposes (`kernels.matrices.small_svd`), above
+that LAPACK. Compiled steps decompose by themselves (`kernels.step`); all other code calls this module, except where a
+robot is loaded, before anything is compiled (`robot.default_rest`).
 """
 
 from __future__ import annotations

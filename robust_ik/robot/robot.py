@@ -26,7 +26,7 @@ from robust_ik.errors import InputError, TipError, listed
 from robust_ik.kinematics.chain import Chain
 from robust_ik.kinematics.twist_rows import ROWS, checked_rows
 from robust_ik.pose_ik import PoseOptions, PoseResult, PoseResults, PoseSolver, wanted_rows
-from robust_ik.pose_ik.size import find_size, is_usual, offsets_of, unit_of
+from robust_ik.pose_ik.arm_size import find_size, is_usual, offsets_of, unit_of
 from robust_ik.robot.default_rest import SAMPLES, default_rest
 from robust_ik.robot.joint_map import JointMap
 from robust_ik.robot.pinocchio_model import Data, Model, PinocchioModel, build_model, joints_to_keep

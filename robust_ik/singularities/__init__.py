@@ -3,7 +3,7 @@
 from robust_ik.singularities.atlas.atlas import SingularityAtlas
 from robust_ik.singularities.atlas.atlas_record import NoSingularitiesError
 from robust_ik.singularities.atlas.evidence import Completeness, Evidence
-from robust_ik.singularities.atlas.search import find_singularities
+from robust_ik.singularities.atlas.find_singularities import find_singularities
 from robust_ik.singularities.families.stratum import Stratum
 from robust_ik.singularities.lost_motion.along_a_stratum import Lost
 from robust_ik.singularities.lost_motion.lost_motion import LostMotion

@@ -5,9 +5,9 @@ import random
 import tempfile
 from pathlib import Path
 
+from robust_ik.description.meshes.confined_reading import read_inside
+from robust_ik.description.meshes.mesh_file_references import ConfinedResolver
 from robust_ik.description.meshes.mesh_paths import MeshPaths
-from robust_ik.description.meshes.mesh_references import ConfinedResolver
-from robust_ik.description.meshes.opening import read_inside
 from robust_ik.errors import RobustIKError
 from tests.attack.guards import WATCH, TooSlowError, within
 

@@ -11,7 +11,7 @@ from robust_ik.control.fitting.level_fit import Wish
 from robust_ik.control.fitting.limiters import RISE
 from robust_ik.control.fitting.motion_cost import PRICE, motion_cost
 from robust_ik.control.fitting.null_space import Freedom
-from robust_ik.control.fitting.steadying import steadied
+from robust_ik.control.fitting.overshoot_limit import steadied
 from robust_ik.control.limits import CollisionLimit, JointLimits
 from robust_ik.control.problem import VelocityProblem
 from robust_ik.inverses.task_equation import TaskEquation

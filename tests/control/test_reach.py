@@ -11,7 +11,7 @@ from robust_ik.control.bounds import Bounds
 from robust_ik.control.reaching.braking import braked
 from robust_ik.control.reaching.goals import GoalFinder
 from robust_ik.control.reaching.path import Caps, Path, fitting_speed
-from robust_ik.control.reaching.space import Space
+from robust_ik.control.reaching.search_space import Space
 from robust_ik.control.tasks.target_paths import pose
 from robust_ik.simulation.scenarios import stretch, with_reach
 from tests.conftest import moved_start

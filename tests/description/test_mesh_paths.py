@@ -10,10 +10,10 @@ import pytest
 
 from robust_ik.description.joint_tree import Mesh
 from robust_ik.description.meshes import mesh_paths
+from robust_ik.description.meshes.confined_reading import read_inside
+from robust_ik.description.meshes.mesh_file_references import ConfinedResolver
 from robust_ik.description.meshes.mesh_files import UnreadableMeshError, read_mesh
 from robust_ik.description.meshes.mesh_paths import MeshPaths, is_shared
-from robust_ik.description.meshes.mesh_references import ConfinedResolver
-from robust_ik.description.meshes.opening import read_inside
 
 
 @pytest.fixture
@@ -196,7 +196,7 @@ def test_a_json_that_is_broken_makes_trimesh_look_for_no_other(tmp_path):
 
 def test_all_that_a_mesh_refers_to_is_bounded_together(tmp_path, monkeypatch):
     (tmp_path / "a.bin").write_bytes(bytes(60))
-    monkeypatch.setattr("robust_ik.description.meshes.mesh_references.MAX_REFERENCE_BYTES", 100)
+    monkeypatch.setattr("robust_ik.description.meshes.mesh_file_references.MAX_REFERENCE_BYTES", 100)
     resolver = ConfinedResolver(tmp_path, tmp_path)
     assert len(resolver.get("a.bin")) == 60
     with pytest.raises(FileNotFoundError):

@@ -10,8 +10,8 @@ from numpy.testing import assert_allclose
 
 from robust_ik.description.joint_tree import Mesh
 from robust_ik.description.meshes import mesh_files
+from robust_ik.description.meshes.mesh_file_references import ConfinedResolver
 from robust_ik.description.meshes.mesh_files import UnreadableMeshError, read_mesh
-from robust_ik.description.meshes.mesh_references import ConfinedResolver
 from robust_ik.description.meshes.triangle_meshes import Triangles, signed_volume, tidy
 from robust_ik.description.urdf.urdf_reader import parse_urdf
 from robust_ik.display import Scene, draw_robot

@@ -217,7 +217,7 @@ SMUGGLED = [
     ("kinematics/svd.py", "import robust_ik.robot.robot", "Imports point down"),
     ("kernels/matrices/small_svd.py", "import robust_ik.kernels.pose.pose_search", "Inside kernels"),
     ("singularities/geometry/screw_chain.py", "import robust_ik.singularities.atlas.atlas", "Inside singularities"),
-    ("control/tasks/frame.py", "import robust_ik.control.reaching.task", "Inside control"),
+    ("control/tasks/frame.py", "import robust_ik.control.reaching.reach_task", "Inside control"),
     ("display/scene/scene.py", "import robust_ik.display.pages.atlas_page", "Inside display"),
 ]
 

@@ -13,7 +13,7 @@ from robust_ik.singularities.atlas.atlas import SingularityAtlas
 from robust_ik.singularities.atlas.atlas_json import to_plain
 from robust_ik.singularities.atlas.atlas_record import NoSingularitiesError
 from robust_ik.singularities.atlas.evidence import Completeness, missing_mass
-from robust_ik.singularities.atlas.search import find_singularities
+from robust_ik.singularities.atlas.find_singularities import find_singularities
 
 PA10 = {
     1: {

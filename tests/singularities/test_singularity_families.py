@@ -10,7 +10,7 @@ import robust_ik as rik
 from robust_ik.kinematics.svd import svd
 from robust_ik.singularities.atlas.atlas_json import to_plain
 from robust_ik.singularities.atlas.evidence import Completeness
-from robust_ik.singularities.atlas.search import find_singularities
+from robust_ik.singularities.atlas.find_singularities import find_singularities
 from robust_ik.singularities.families.degenerate_leaves import degenerate_leaves
 from robust_ik.singularities.families.leaf import sound
 from robust_ik.singularities.families.leaf_guesses import completed

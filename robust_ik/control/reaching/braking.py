@@ -8,7 +8,7 @@ import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.control.reaching.path import FINE, Caps
-from robust_ik.control.reaching.space import Space
+from robust_ik.control.reaching.search_space import Space
 
 MOST_SAMPLES = 40
 """Most samples of one braking motion. Chosen: two metres or radians at FINE; more see more, but slow every step."""

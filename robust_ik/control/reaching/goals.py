@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from robust_ik.checks import Array
-from robust_ik.control.reaching.space import Space
+from robust_ik.control.reaching.search_space import Space
 from robust_ik.control.tasks.frame import FrameTask
 from robust_ik.control.tasks.pose_feedback import turned
 from robust_ik.control.tasks.task_arguments import task_rows

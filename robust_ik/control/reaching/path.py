@@ -10,7 +10,7 @@ import numpy as np
 from robust_ik.checks import Array
 from robust_ik.control.bounds import Bounds
 from robust_ik.control.limits.joint_limits import braking_speed
-from robust_ik.control.reaching.space import Space
+from robust_ik.control.reaching.search_space import Space
 from robust_ik.control.tasks.frame import FrameTask
 from robust_ik.control.tasks.task_arguments import indices, task_rows
 from robust_ik.kinematics.svd import norms

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from robust_ik.checks import Array
-from robust_ik.control.reaching.space import LOOK, Space
+from robust_ik.control.reaching.search_space import LOOK, Space
 
 Pieces = Generator[None, None, Any]
 """A generator that yields after each check of a configuration, the costly part, and then returns the result."""

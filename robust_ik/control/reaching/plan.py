@@ -11,7 +11,7 @@ from robust_ik.checks import Array
 from robust_ik.control.reaching.goals import GoalFinder
 from robust_ik.control.reaching.path import Caps, Path
 from robust_ik.control.reaching.path_search import PathSearch
-from robust_ik.control.reaching.space import Space
+from robust_ik.control.reaching.search_space import Space
 from robust_ik.control.tasks.frame import FrameTask
 
 SHOULDER, WRIST = 0.25, 0.66

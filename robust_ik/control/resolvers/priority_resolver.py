@@ -16,7 +16,7 @@ from robust_ik.control.fitting.feasible_start import feasible_start
 from robust_ik.control.fitting.level_fit import Wish
 from robust_ik.control.fitting.limiters import Eased, Limiter, Sliding
 from robust_ik.control.fitting.null_space import Freedom, Reduced
-from robust_ik.control.fitting.steadying import steadied
+from robust_ik.control.fitting.overshoot_limit import steadied
 from robust_ik.control.problem import VelocityProblem
 from robust_ik.control.resolution import Resolution
 from robust_ik.control.resolvers.base import MAX_MEMORIES, InverseResolver

@@ -15,7 +15,7 @@ from robust_ik.control.fitting.feasible_start import feasible_start
 from robust_ik.control.fitting.filtered_motion import filtered_motion
 from robust_ik.control.fitting.motion_cost import motion_cost
 from robust_ik.control.fitting.null_space import Freedom
-from robust_ik.control.fitting.steadying import steadied
+from robust_ik.control.fitting.overshoot_limit import steadied
 from robust_ik.control.problem import VelocityProblem
 from robust_ik.control.resolution import Resolution
 from robust_ik.control.resolvers.base import InverseResolver

@@ -22,7 +22,7 @@ from robust_ik.singularities.atlas.corank_search import judged
 from robust_ik.singularities.atlas.evidence import Completeness, Evidence
 from robust_ik.singularities.atlas.search_state import state_of
 from robust_ik.singularities.conditions.angle_sums import Angle
-from robust_ik.singularities.conditions.arm_record import RobotFacts
+from robust_ik.singularities.conditions.robot_facts import RobotFacts
 from robust_ik.singularities.conditions.trig_relations import Factor, Relation
 from robust_ik.singularities.families.stratum import Condition, Stratum
 from robust_ik.singularities.geometry.screw_chain import ScrewChain

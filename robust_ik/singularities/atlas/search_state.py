@@ -15,7 +15,7 @@ from robust_ik.singularities.atlas.atlas_record import AtlasRecord, Settings
 from robust_ik.singularities.atlas.evidence import Evidence
 from robust_ik.singularities.atlas.proof_evidence import ProofOutcome
 from robust_ik.singularities.atlas.search_pieces import Chunk, ProofOf, run
-from robust_ik.singularities.conditions.arm_record import RobotFacts
+from robust_ik.singularities.conditions.robot_facts import RobotFacts
 from robust_ik.singularities.families.leaf import Leaf
 from robust_ik.singularities.families.leaf_survey import accounts
 from robust_ik.singularities.find.points_found import Points

@@ -9,7 +9,7 @@ import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.kinematics.svd import svd
-from robust_ik.singularities.conditions.arm_record import RobotFacts
+from robust_ik.singularities.conditions.robot_facts import RobotFacts
 from robust_ik.singularities.families.connected_pieces import count_components
 from robust_ik.singularities.families.leaf import Leaf
 from robust_ik.singularities.families.leaf_merging import rows

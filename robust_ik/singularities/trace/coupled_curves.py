@@ -9,7 +9,7 @@ import numpy as np
 
 from robust_ik.checks import Array, readonly
 from robust_ik.singularities.conditions.angle_sums import wrapped
-from robust_ik.singularities.conditions.arm_record import RobotFacts
+from robust_ik.singularities.conditions.robot_facts import RobotFacts
 from robust_ik.singularities.families.leaf import Leaf, Mask, is_singular
 from robust_ik.singularities.families.stratum import Stratum
 from robust_ik.singularities.find.projection_search import project

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robust_ik.checks import Array, readonly
-from robust_ik.singularities.conditions.arm_record import RobotFacts
+from robust_ik.singularities.conditions.robot_facts import RobotFacts
 from robust_ik.singularities.families.leaf import Leaf
 from robust_ik.singularities.families.limit_margin import pin_slack, slack
 from robust_ik.singularities.families.stratum import Stratum

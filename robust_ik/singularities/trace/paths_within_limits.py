@@ -8,7 +8,7 @@ import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.singularities.conditions.angle_sums import wrapped
-from robust_ik.singularities.conditions.arm_record import RobotFacts
+from robust_ik.singularities.conditions.robot_facts import RobotFacts
 from robust_ik.singularities.families.leaf import Leaf, Mask
 from robust_ik.singularities.families.limit_margin import slack
 from robust_ik.singularities.find.tangent_walk import polished

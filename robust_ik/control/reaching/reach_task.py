@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from robust_ik.control.limits import Limit
-from robust_ik.control.reaching.drive import ReachDrive, Told
+from robust_ik.control.reaching.reach_drive import ReachDrive, Told
 from robust_ik.control.tasks.frame import FrameTask
 from robust_ik.robot.robot import Robot
 

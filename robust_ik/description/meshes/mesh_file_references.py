@@ -10,7 +10,7 @@ from urllib.parse import unquote
 
 from trimesh.resolvers import Resolver
 
-from robust_ik.description.meshes.opening import read_inside
+from robust_ik.description.meshes.confined_reading import read_inside
 
 MAX_REFERENCE_BYTES = 50_000_000
 """Most bytes of all files that one mesh refers to, each counted as often as it is read."""

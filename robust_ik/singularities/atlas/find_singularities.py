@@ -17,7 +17,7 @@ from robust_ik.singularities.atlas.atlas import SingularityAtlas, atlas_of
 from robust_ik.singularities.atlas.atlas_record import Settings
 from robust_ik.singularities.atlas.search_run import searched
 from robust_ik.singularities.atlas.search_state import SearchState
-from robust_ik.singularities.conditions.arm_record import RobotFacts
+from robust_ik.singularities.conditions.robot_facts import RobotFacts
 from robust_ik.singularities.find.projection_search import TOLERANCE
 from robust_ik.singularities.find.random_starts import Method
 from robust_ik.singularities.find.rank_residual import check_corank

@@ -15,8 +15,8 @@ from robust_ik.control.reaching.braking import braking_ratio
 from robust_ik.control.reaching.goals import GoalFinder
 from robust_ik.control.reaching.path import Caps, Path, fitting_speed
 from robust_ik.control.reaching.plan import Plan, plan, what_turns
-from robust_ik.control.reaching.space import Space
-from robust_ik.control.reaching.watch import Noise, Servo, scaled
+from robust_ik.control.reaching.progress_watch import Noise, Servo, scaled
+from robust_ik.control.reaching.search_space import Space
 from robust_ik.control.tasks.base import Drive, Moment, Task
 from robust_ik.control.tasks.frame import FrameTask
 from robust_ik.control.tasks.posture import joint_equation
