@@ -210,6 +210,9 @@ def random_stack(robot, rng):
         rik.SingularValueTask(threshold=0.1),
         rik.DampingTask(),
         rik.JointRangeTask(),
+        rik.DirectionTask([0, 0, 1], rng.normal(size=3), gain=3.0, max_angular=float(rng.choice([0.3, np.inf]))),
+        rik.JointTask(robot.joint_names[-1], float(rng.uniform(-1, 1)), gain=5.0),
+        rik.RelativeTask(frames[0], robot.description.root, near, gain=2.0, max_linear=0.5),
     ]
     levels = int(rng.integers(1, 5))
     return [[tasks[i] for i in rng.choice(len(tasks), int(rng.integers(1, 3)), replace=False)] for _ in range(levels)]

@@ -1,6 +1,8 @@
 """The soak in short, and that each of its checks can fail."""
 
 import dataclasses
+import inspect
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,7 +10,11 @@ import pytest
 import robust_ik as rik
 from robust_ik.control.bounds import Bounds
 from robust_ik.control.resolvers import priority_resolver
+from robust_ik.simulation.scenarios import method_tables
 from tests import soak
+from tests.cases_resolvers import RESOLVERS
+
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.mark.slow
@@ -16,6 +22,29 @@ def test_no_promise_is_broken_in_more_than_a_thousand_random_steps():
     counts = soak.soak(soak.load_robots(), 1_500, seed=0)
     assert sum(counts.values()) == 1_500
     assert all(count > 0 for count in counts.values())
+
+
+def public(base):
+    """Every public class derived from one, but those that only people derive from."""
+    found = (getattr(rik, name) for name in rik.__all__)
+    return [
+        each for each in found if isinstance(each, type) and issubclass(each, base) and not inspect.isabstract(each)
+    ]
+
+
+def test_every_task_limit_resolver_and_limiter_is_mixed_and_has_its_place_in_the_docs(rng):
+    panda, page = rik.load("panda"), (ROOT / "docs" / "task_stacks.md").read_text(encoding="utf-8")
+    mixed = {type(task) for _ in range(200) for level in soak.random_stack(panda, rng) for task in level}
+    assert set(public(rik.Task)) - mixed == {rik.Reach}  # whole motions are its business
+    used = Path(soak.__file__).read_text(encoding="utf-8")
+    for limit in public(rik.Limit):
+        assert f"rik.{limit.__name__}.of" in used
+    assert set(public(rik.Resolver)) <= set(method_tables.RESOLVERS)
+    assert {type(each) for each in RESOLVERS} >= set(public(rik.Resolver))
+    assert set(public(rik.Limiter)) <= set(method_tables.LIMITERS)
+    for base in (rik.Task, rik.Limit, rik.Resolver, rik.Limiter):
+        for each in public(base):
+            assert f"`{each.__name__}" in page, each
 
 
 def spoil(monkeypatch, change):
