@@ -1,8 +1,8 @@
 """Inverse kinematics of poses, positions and partial poses, within joint limits. Arrays only."""
 
-from robust_ik.pose_ik.inputs import wanted_rows
+from robust_ik.pose_ik.inputs import is_position, wanted_rows
 from robust_ik.pose_ik.options import PoseOptions
 from robust_ik.pose_ik.result import PoseResult, PoseResults, PoseStatus
 from robust_ik.pose_ik.solver import PoseSolver
 
-__all__ = ["PoseOptions", "PoseResult", "PoseResults", "PoseSolver", "PoseStatus", "wanted_rows"]
+__all__ = ["PoseOptions", "PoseResult", "PoseResults", "PoseSolver", "PoseStatus", "is_position", "wanted_rows"]

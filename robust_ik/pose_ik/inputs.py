@@ -14,6 +14,8 @@ from robust_ik.errors import InputError
 from robust_ik.kinematics.twist_rows import ROWS
 
 POSITIONS = ROWS[:3]
+IDENTITY = np.eye(4)
+"""The pose that a position is put into."""
 FARTHEST = 1e9
 """Positions and joint values beyond this are refused, in units of length or rad."""
 
@@ -62,6 +64,35 @@ def as_start(q0: ArrayLike, rest: Array) -> Array:
     if q.ndim != 1:
         raise InputError(f"q0 must be one configuration ({len(rest)},), got shape {q.shape}")
     return q
+
+
+def is_position(target: object) -> bool:
+    """Whether a list or an array looks like a position (3,)."""
+    return getattr(target, "shape", None) == (3,) or (type(target) is list and len(target) == 3)
+
+
+def quick_pose(target: object, position: bool) -> Array | None:
+    """A list or an array as a pose (4, 4) for kernels, which check its numbers; None if it is another one.
+
+    Args:
+        target: What was given.
+        position: Whether a position (3,) is wanted too.
+    """
+    if type(target) is not np.ndarray and type(target) is not list:
+        return None
+    try:
+        array = np.asarray(target)
+    except ValueError:  # ragged
+        return None
+    if array.dtype.kind not in "fiu":
+        return None
+    if array.shape == (4, 4):
+        return np.array(array, dtype=float, order="C")
+    if not position or array.shape != (3,):
+        return None
+    T = IDENTITY.copy()
+    T[:3, 3] = array
+    return T
 
 
 def plain(value: ArrayLike, name: str) -> Array:

@@ -20,7 +20,7 @@ class PoseOptions(TypedDict, total=False):
     Attributes:
         prefer: Which solution to return if there are several. "nearest" (default): the one found from q0, else the
             first found; with thorough effort or several solutions, the one nearest to q0 in joint values.
-            "any": the first found without a start from q0, which is fastest. "limits": of 8 distinct ones or more, the
+            "any": the first found without a start from q0. "limits": of 8 distinct ones or more, the
             one whose least distance to a limit, as a fraction of half the joint's range, is largest. "singularity": the
             one with the largest least singular value, rotations times the length scale.
         solutions: How many distinct ones to look for, 1 to 64; fewer may exist, or be found.

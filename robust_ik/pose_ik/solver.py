@@ -18,7 +18,7 @@ from robust_ik.kernels.pose import pose_layout as lay
 from robust_ik.kinematics.chain import Chain
 from robust_ik.kinematics.svd import singular_values
 from robust_ik.kinematics.twist_rows import ROWS
-from robust_ik.pose_ik.inputs import as_pose, as_poses, as_start, as_starts, plain, refuse
+from robust_ik.pose_ik.inputs import POSITIONS, as_pose, as_poses, as_start, as_starts, plain, quick_pose, refuse
 from robust_ik.pose_ik.options import Effort, Prefer, pack_options
 from robust_ik.pose_ik.packing import pack
 from robust_ik.pose_ik.result import PoseResult, PoseResults, SeveralSolutions
@@ -93,17 +93,24 @@ class PoseSolver:
     def quickly(self) -> Callable[[Any, Any], PoseResult | None]:
         """`solve` with default options, half a microsecond faster.
 
-        It returns None, so that `solve` has to be called, unless arguments are arrays of doubles and lengths are in
-        metres.
+        It returns None, so that `solve` has to be called, unless arguments are arrays or lists of numbers that are
+        valid, and lengths are in metres.
         """
         if self.units is not None:
             return lambda target, q0: None  # noqa: ARG005
         setup = Setup(self.problem, pack_options(*USUAL, seed=0))
         kernel, rest, nq, empty = self._kernel, self.rest, len(self.rest), np.empty
+        position = set(self.rows) <= set(POSITIONS)
 
         def solve(target: Any, q0: Any) -> PoseResult | None:
             q, numbers = empty(nq), empty(lay.NUMBERS)
-            if kernel(setup.address, target, rest if q0 is None else q0, q, numbers):
+            start = rest if q0 is None else q0
+            if kernel(setup.address, target, start, q, numbers):
+                return PoseResult(q, numbers, self)
+            T = quick_pose(target, position)
+            if T is not None and kernel(
+                setup.address, T, np.array(start) if type(start) is list else start, q, numbers
+            ):
                 return PoseResult(q, numbers, self)
             return None
 
@@ -124,9 +131,12 @@ class PoseSolver:
         rng: np.random.Generator | None = None,
     ) -> PoseResult:
         """A configuration that reaches the target, or the closest; see `Robot.solve_pose`."""
-        setup = self._prepared(
-            prefer, solutions, effort, position_tolerance, rotation_tolerance, length_scale, apart, rng
-        )
+        given = (prefer, solutions, effort, position_tolerance, rotation_tolerance, length_scale, apart)
+        if rng is None and all(each is usual for each, usual in zip(given, USUAL)):
+            found = self.quickly(target, q0)
+            if found is not None:
+                return found
+        setup = self._prepared(*given, rng)
         T, start = as_pose(target), self.rest if q0 is None else as_start(q0, self.rest)
         q, numbers = np.empty((setup.wanted, len(self.rest))), np.empty(lay.NUMBERS)
         if not self._ask(setup, T, start, q, numbers):

@@ -25,7 +25,7 @@ from robust_ik.description.urdf import parse_urdf, read_urdf
 from robust_ik.errors import InputError, TipError, listed
 from robust_ik.kinematics.chain import Chain
 from robust_ik.kinematics.twist_rows import ROWS, checked_rows
-from robust_ik.pose_ik import PoseOptions, PoseResult, PoseResults, PoseSolver, wanted_rows
+from robust_ik.pose_ik import PoseOptions, PoseResult, PoseResults, PoseSolver, is_position, wanted_rows
 from robust_ik.pose_ik.arm_size import find_size, is_usual, offsets_of, unit_of
 from robust_ik.robot.default_rest import SAMPLES, default_rest
 from robust_ik.robot.joint_map import JointMap
@@ -405,6 +405,10 @@ class Robot:
     def _solve_quickly(self) -> Callable[[Any, Any], PoseResult | None]:
         return self.pose_solver().quickly
 
+    @cached_property
+    def _solve_position_quickly(self) -> Callable[[Any, Any], PoseResult | None]:
+        return self.pose_solver(rows=wanted_rows(np.zeros(3), None, self.rows)).quickly
+
     def pose_solver(self, frame: str | None = None, rows: Sequence[str] | None = None) -> PoseSolver:
         """The solver behind `solve_pose`, for loops that call it often; made once for each frame and rows.
 
@@ -452,7 +456,8 @@ class Robot:
             FrameNotFoundError: There is no such frame.
         """
         if frame is None and rows is None and not options:
-            found = self._solve_quickly(target, q0)
+            solve = self._solve_position_quickly if is_position(target) else self._solve_quickly
+            found = solve(target, q0)
             if found is not None:
                 return found
         solver = self.pose_solver(frame, wanted_rows(target, rows, self.rows))

@@ -205,6 +205,33 @@ def test_inputs_of_other_types_and_layouts_are_taken_and_not_written_to(rng):
     assert_array_equal(T, kept)
 
 
+@pytest.mark.parametrize("name", ["panda", "ur5", "planar_2r", "so101"])
+def test_every_way_to_write_a_target_and_a_start_gives_the_same_bits(name, rng):
+    robot = rik.load(name)
+    q = robot.random(rng)
+    T, start = robot.pose(q), robot.integrate(q, 0.1 * np.ones(robot.n))
+    full = robot.solve_pose(T, start)
+    for target in (T.tolist(), np.asfortranarray(T), T.astype(">f8"), np.repeat(T, 2, axis=1)[:, ::2]):
+        for q0 in (start, start.tolist(), start.astype(">f8")):
+            assert (robot.solve_pose(target, q0).q == full.q).all()
+    assert (robot.pose_solver().solve(T.tolist(), start.tolist()).q == full.q).all()
+    rows = tuple(row for row in robot.rows if row in ("x", "y", "z"))
+    free = robot.solve_pose(T, start, rows=rows)
+    for target in (T[:3, 3], T[:3, 3].tolist(), T[:3, 3].astype(np.float32).astype(float)):
+        found = robot.solve_pose(target, start)
+        assert found.solver.rows == rows
+        np.testing.assert_allclose(found.q, free.q, atol=1e-4)
+    assert (robot.solve_pose(T[:3, 3].copy(), start).q == free.q).all()
+
+
+@pytest.mark.parametrize(
+    "bad", [[1, 2], [[1.0, 2], [3]], ["a", "b", "c"], [np.nan, 0, 0], [1e300, 0, 0], [[1, 2, 3]] * 3]
+)
+def test_a_list_that_is_no_target_is_refused_in_a_sentence(bad):
+    with pytest.raises(rik.InputError, match="target"):
+        rik.load("panda").solve_pose(bad)
+
+
 # ---------------------------------------------------------------------------------------------- partial poses
 @pytest.mark.parametrize("name", ("panda", "ur5", "pa10", "so101"))
 def test_a_position_leaves_rotations_free(name, rng):
