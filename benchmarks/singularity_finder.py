@@ -15,7 +15,7 @@ from rich.progress import track
 
 import robust_ik as rik
 from benchmarks.tables import markdown, parser, publish
-from robust_ik.singularities.find.random_starts import Method, find_points
+from robust_ik.singularities.find.find_points import Method, find_points
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 
 ROBOTS = {"pa10": "PA-10", "panda": "Panda", "puma560": "PUMA 560", "ur5": "UR5", "almarkhi_4dof": "Almarkhi's 4-DoF"}

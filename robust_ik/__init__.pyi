@@ -19,7 +19,6 @@ from robust_ik.control.limits import JointLimits as JointLimits
 from robust_ik.control.limits import Limit as Limit
 from robust_ik.control.limits import Obstacle as Obstacle
 from robust_ik.control.limits import PairDistance as PairDistance
-from robust_ik.control.measure_bounds import measure_bounds as measure_bounds
 from robust_ik.control.reaching import Reach as Reach
 from robust_ik.control.resolution import LevelResult as LevelResult
 from robust_ik.control.resolution import Resolution as Resolution
@@ -60,6 +59,7 @@ from robust_ik.control.tasks.target_paths import Line as Line
 from robust_ik.control.tasks.target_paths import OutAndBack as OutAndBack
 from robust_ik.control.tasks.target_paths import Sinusoid as Sinusoid
 from robust_ik.control.tasks.target_paths import Turning as Turning
+from robust_ik.control.typical_measures import measure_bounds as measure_bounds
 from robust_ik.control.velocity_controller import VelocityController as VelocityController
 from robust_ik.description.dh.dh_table import DHJoint as DHJoint
 from robust_ik.description.dh.dh_table import DHTable as DHTable

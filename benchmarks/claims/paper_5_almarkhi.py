@@ -29,10 +29,10 @@ from benchmarks.claims.claim import Claim
 from benchmarks.claims.spread import Spread, spread
 from robust_ik.checks import Array
 from robust_ik.description.catalog import find
+from robust_ik.singularities.find.find_points import find_points
 from robust_ik.singularities.find.gradient_history import descend
 from robust_ik.singularities.find.gradient_search import gradient_search
 from robust_ik.singularities.find.projection_search import SearchEnds, project
-from robust_ik.singularities.find.random_starts import find_points
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 from robust_ik.singularities.lost_motion.sparse_basis import sparse_basis
 

@@ -110,7 +110,8 @@ def check_type(name: str, value: Any, annotation: str) -> None:
     """
     kinds = _alternatives(annotation)
     if not any(_fits(value, kind) for kind in kinds):
-        wanted = " or ".join(dict.fromkeys(map(_words, kinds)))
+        plain_first = sorted(kinds, key=lambda kind: "[" in kind)
+        wanted = " or ".join(dict.fromkeys(map(_words, plain_first)))
         raise InputError(f"{name} must be {wanted}, got {shown(value)}")
 
 

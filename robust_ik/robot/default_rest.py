@@ -18,6 +18,8 @@ MARGIN = 0.05
 """Fraction of a joint's range that stays free at each end."""
 FLOOR = 1e-4
 """Singular values below this fraction of the usual ones count as equal, so that rounding decides nothing."""
+ROUNDS = 8
+"""How often each joint is moved at most. Chosen: robots here need one to three moves in all."""
 BETTER = 1e-6
 """Least increase of the score over an earlier trial: of mirrored postures, which are equal, the first is taken."""
 
@@ -43,7 +45,7 @@ def default_rest(jacobian: Callable[[Array], Array], lower: Array, upper: Array,
     sigma = _measured(jacobian, values)[: len(usual)]
     if not len(usual) or sigma[-1] >= SINGULAR * usual[-1]:
         return values
-    for _ in values:
+    for _ in range(ROUNDS * len(values)):
         if sigma[-1] >= REGULAR * usual[-1]:
             break
         trials = _trials(values, lower, upper, unit)

@@ -70,6 +70,10 @@ class Trajectory:
     final_q: Array
     final_error: Array
 
+    def __repr__(self) -> str:
+        off = 1000 * float(np.linalg.norm(self.final_error[:3]))
+        return f"Trajectory({self.name!r}, {self.robot.name}, {len(self.time)} steps, at the end off by {off:.3g} mm)"
+
     def __setstate__(self, state: dict[str, Any]) -> None:
         # Arrays that come from another process are writable.
         for value in state.values():

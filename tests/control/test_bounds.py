@@ -8,7 +8,7 @@ import qpsolvers
 from numpy.testing import assert_allclose
 
 from robust_ik.control.bounds import Bounds
-from robust_ik.control.fitting.feasible_start import PRICE, ROUNDS, feasible_start
+from robust_ik.control.within_bounds.feasible_start import PRICE, ROUNDS, feasible_start
 from tests.cases_resolvers import BOXES, named_box, random_bounds
 
 

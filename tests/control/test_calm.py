@@ -7,13 +7,13 @@ import pytest
 
 import robust_ik as rik
 from robust_ik.control.bounds import Bounds
-from robust_ik.control.fitting.level_fit import Wish
-from robust_ik.control.fitting.limiters import RISE
-from robust_ik.control.fitting.motion_cost import PRICE, motion_cost
-from robust_ik.control.fitting.null_space import Freedom
-from robust_ik.control.fitting.overshoot_limit import steadied
 from robust_ik.control.limits import CollisionLimit, JointLimits
 from robust_ik.control.problem import VelocityProblem
+from robust_ik.control.within_bounds.level_fit import Wish
+from robust_ik.control.within_bounds.limiters import RISE
+from robust_ik.control.within_bounds.motion_cost import PRICE, motion_cost
+from robust_ik.control.within_bounds.null_space import Freedom
+from robust_ik.control.within_bounds.overshoot_limit import steadied
 from robust_ik.inverses.task_equation import TaskEquation
 from tests import closed_loop
 from tests.cases_resolvers import LIMITERS, named_box, random_matrix

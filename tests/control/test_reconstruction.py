@@ -8,9 +8,9 @@ from numpy.testing import assert_allclose
 
 import robust_ik as rik
 from robust_ik.control.bounds import Bounds
-from robust_ik.control.fitting.null_space import Freedom
 from robust_ik.control.problem import VelocityProblem
 from robust_ik.control.resolvers.task_reconstruction import measure_gradient, smooth
+from robust_ik.control.within_bounds.null_space import Freedom
 from robust_ik.inverses.task_equation import TaskEquation
 
 BOUND = 0.06

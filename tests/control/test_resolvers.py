@@ -9,9 +9,9 @@ from numpy.testing import assert_allclose
 
 import robust_ik as rik
 from robust_ik.control.bounds import Bounds
-from robust_ik.control.fitting.feasible_start import feasible_start
-from robust_ik.control.fitting.null_space import Freedom
 from robust_ik.control.problem import VelocityProblem
+from robust_ik.control.within_bounds.feasible_start import feasible_start
+from robust_ik.control.within_bounds.null_space import Freedom
 from robust_ik.inverses.task_equation import TaskEquation
 from tests.cases_filters import CASES
 from tests.cases_others import OTHER_CASES

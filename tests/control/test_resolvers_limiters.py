@@ -10,13 +10,13 @@ from scipy.optimize import linprog
 
 import robust_ik as rik
 from robust_ik.control.bounds import Bounds
-from robust_ik.control.fitting import active_set
-from robust_ik.control.fitting.feasible_start import feasible_start
-from robust_ik.control.fitting.filtered_motion import filtered_motion
-from robust_ik.control.fitting.level_fit import TURN, Wish
-from robust_ik.control.fitting.motion_cost import PRICE
-from robust_ik.control.fitting.null_space import Freedom
 from robust_ik.control.problem import VelocityProblem
+from robust_ik.control.within_bounds import active_set
+from robust_ik.control.within_bounds.feasible_start import feasible_start
+from robust_ik.control.within_bounds.filtered_motion import filtered_motion
+from robust_ik.control.within_bounds.level_fit import TURN, Wish
+from robust_ik.control.within_bounds.motion_cost import PRICE
+from robust_ik.control.within_bounds.null_space import Freedom
 from robust_ik.inverses.task_equation import TaskEquation
 from tests.cases_resolvers import BOXES, named_box, random_problem
 

@@ -5,9 +5,9 @@ import tomllib
 import pytest
 
 import robust_ik as rik
-from robust_ik.description import toml_bounds
+from robust_ik.description import toml_size_limits as toml_bounds
 from robust_ik.description.dh.dh_toml import table_from_toml
-from robust_ik.description.toml_bounds import read_toml
+from robust_ik.description.toml_size_limits import read_toml
 from robust_ik.simulation.scenarios import read_scenario
 
 LONG = {

@@ -7,10 +7,10 @@ from scipy.optimize import linprog
 
 import robust_ik as rik
 from robust_ik.control.bounds import Bounds
-from robust_ik.control.fitting.filtered_motion import filtered_motion
-from robust_ik.control.fitting.null_space import Freedom
 from robust_ik.control.problem import VelocityProblem
 from robust_ik.control.resolvers.step_status import verdict
+from robust_ik.control.within_bounds.filtered_motion import filtered_motion
+from robust_ik.control.within_bounds.null_space import Freedom
 from robust_ik.inverses.task_equation import TaskEquation
 from robust_ik.kinematics.svd import RANK_TOLERANCE
 from tests.cases_filters import CASES

@@ -30,10 +30,10 @@ from benchmarks.claims.almarkhi import (
 from robust_ik.description.catalog import find
 from robust_ik.display import descents_figure
 from robust_ik.kinematics.singular_value_gradients import closed_form_hessian
+from robust_ik.singularities.find.find_points import find_points
 from robust_ik.singularities.find.gradient_history import descend
 from robust_ik.singularities.find.gradient_search import Slope, gradient_search
 from robust_ik.singularities.find.projection_search import project
-from robust_ik.singularities.find.random_starts import find_points
 from robust_ik.singularities.find.rank_residual import Residual
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 from robust_ik.singularities.lost_motion.sparse_basis import sparse_basis

@@ -8,8 +8,8 @@ from scipy.spatial.transform import Rotation
 import robust_ik as rik
 from robust_ik.singularities.lost_motion.axis_landmarks import Axes, landmarks
 from robust_ik.singularities.lost_motion.lost_motion import lost_motion
+from robust_ik.singularities.lost_motion.lost_motion_words import in_words
 from robust_ik.singularities.lost_motion.sparse_basis import sparse_basis
-from robust_ik.singularities.lost_motion.wording import in_words
 from robust_ik.singularities.lost_motion.wrench_screw import WrenchScrew
 
 PI = np.pi

@@ -9,9 +9,9 @@ from numpy.testing import assert_allclose, assert_array_equal
 import robust_ik as rik
 from robust_ik.description.catalog import catalog
 from robust_ik.kinematics.svd import full_svd
+from robust_ik.singularities.find.find_points import find_points, local_dimensions, project
 from robust_ik.singularities.find.gradient_search import rotated_gradients
 from robust_ik.singularities.find.points_found import Points
-from robust_ik.singularities.find.random_starts import find_points, local_dimensions, project
 from robust_ik.singularities.find.rank_residual import Residual, coranks, ranks
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 from tests.robot.test_robot import EXAMPLE_NAMES, WITHOUT_JOINTS, chains
@@ -261,7 +261,7 @@ def test_the_same_seed_gives_the_same_points_and_another_one_others():
 def test_progress_is_told_and_chunks_change_no_point(monkeypatch):
     starts, told = chain("ur5").random(np.random.default_rng(0), 50), []
     whole = find_points(chain("ur5"), 1, starts)
-    monkeypatch.setattr("robust_ik.singularities.find.random_starts.CHUNK", 20)
+    monkeypatch.setattr("robust_ik.singularities.find.find_points.CHUNK", 20)
     parts = find_points(chain("ur5"), 1, starts, progress=lambda done, total: told.append((done, total)))
     assert told == [(20, 50), (40, 50), (50, 50)]
     assert_allclose(parts.values, whole.values, atol=1e-9)

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from robust_ik.checks import Array
-from robust_ik.control.fitting.filtered_motion import filtered_motion
-from robust_ik.control.fitting.null_space import Freedom
 from robust_ik.control.resolvers.priority_resolver import PriorityResolver, Settled
+from robust_ik.control.within_bounds.filtered_motion import filtered_motion
+from robust_ik.control.within_bounds.null_space import Freedom
 
 
 @dataclass(frozen=True)

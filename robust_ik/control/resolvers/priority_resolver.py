@@ -11,16 +11,16 @@ import numpy as np
 
 from robust_ik.checks import Array, checked_parameter
 from robust_ik.checks.public_arguments import check_type
-from robust_ik.control.fitting.acceleration_ramp import ramped
-from robust_ik.control.fitting.feasible_start import feasible_start
-from robust_ik.control.fitting.level_fit import Wish
-from robust_ik.control.fitting.limiters import Eased, Limiter, Sliding
-from robust_ik.control.fitting.null_space import Freedom, Reduced
-from robust_ik.control.fitting.overshoot_limit import steadied
 from robust_ik.control.problem import VelocityProblem
 from robust_ik.control.resolution import Resolution
 from robust_ik.control.resolvers.base import MAX_MEMORIES, InverseResolver
 from robust_ik.control.resolvers.step_status import verdict
+from robust_ik.control.within_bounds.acceleration_ramp import ramped
+from robust_ik.control.within_bounds.feasible_start import feasible_start
+from robust_ik.control.within_bounds.level_fit import Wish
+from robust_ik.control.within_bounds.limiters import Eased, Limiter, Sliding
+from robust_ik.control.within_bounds.null_space import Freedom, Reduced
+from robust_ik.control.within_bounds.overshoot_limit import steadied
 from robust_ik.errors import InputError
 from robust_ik.inverses import RobustInverse
 from robust_ik.inverses.task_equation import TaskEquation

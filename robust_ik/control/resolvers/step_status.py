@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from robust_ik.checks import Array, readonly
-from robust_ik.control.fitting.null_space import Freedom, Reduced
 from robust_ik.control.problem import VelocityProblem
 from robust_ik.control.resolution import LevelResult, Resolution, Status
+from robust_ik.control.within_bounds.null_space import Freedom, Reduced
 from robust_ik.kinematics.svd import length
 
 ZERO = 1e-6

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from robust_ik.checks import Array
-from robust_ik.control.fitting.filtered_motion import filtered_motion
 from robust_ik.control.resolvers.priority_resolver import PriorityResolver, Settled
+from robust_ik.control.within_bounds.filtered_motion import filtered_motion
 
 
 @dataclass(frozen=True)

@@ -11,11 +11,11 @@ import numpy as np
 
 from robust_ik.checks import Array, checked_parameter
 from robust_ik.checks.public_arguments import check_type
-from robust_ik.control.fitting.filtered_motion import level_gains
-from robust_ik.control.fitting.limiters import Limiter, Scaling
-from robust_ik.control.fitting.null_space import Reduced
 from robust_ik.control.problem import VelocityProblem
 from robust_ik.control.resolvers.priority_resolver import PriorityResolver, Settled
+from robust_ik.control.within_bounds.filtered_motion import level_gains
+from robust_ik.control.within_bounds.limiters import Limiter, Scaling
+from robust_ik.control.within_bounds.null_space import Reduced
 from robust_ik.errors import InputError
 from robust_ik.inverses import JParse, SingularValueFilter
 from robust_ik.inverses.task_equation import TaskEquation, stacked

@@ -10,16 +10,16 @@ import numpy as np
 
 from robust_ik.checks import Array, checked_parameter
 from robust_ik.checks.public_arguments import check_type
-from robust_ik.control.fitting.bounded_qp import REGULARISATION, check_backend, share_of, solve_within
-from robust_ik.control.fitting.feasible_start import feasible_start
-from robust_ik.control.fitting.filtered_motion import filtered_motion
-from robust_ik.control.fitting.motion_cost import motion_cost
-from robust_ik.control.fitting.null_space import Freedom
-from robust_ik.control.fitting.overshoot_limit import steadied
 from robust_ik.control.problem import VelocityProblem
 from robust_ik.control.resolution import Resolution
 from robust_ik.control.resolvers.base import InverseResolver
 from robust_ik.control.resolvers.step_status import reductions, verdict
+from robust_ik.control.within_bounds.bounded_qp import REGULARISATION, check_backend, share_of, solve_within
+from robust_ik.control.within_bounds.feasible_start import feasible_start
+from robust_ik.control.within_bounds.filtered_motion import filtered_motion
+from robust_ik.control.within_bounds.motion_cost import motion_cost
+from robust_ik.control.within_bounds.null_space import Freedom
+from robust_ik.control.within_bounds.overshoot_limit import steadied
 from robust_ik.errors import InputError
 from robust_ik.kinematics.svd import length
 

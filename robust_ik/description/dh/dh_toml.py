@@ -12,7 +12,7 @@ import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.description.dh.dh_table import DHJoint, DHTable, checked_numbers, checked_rigid, screw, shown
-from robust_ik.description.toml_bounds import read_toml
+from robust_ik.description.toml_size_limits import read_toml
 from robust_ik.errors import DHError, suggest
 from robust_ik.runtime.files import read_file
 

@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 from robust_ik.checks import Array
 from robust_ik.description.joint_tree import Mesh
 from robust_ik.description.meshes.confined_reading import read_inside
-from robust_ik.description.meshes.mesh_bounds import MAX_BYTES, check_mesh, check_triangles
-from robust_ik.description.meshes.mesh_bounds import UnreadableMeshError as UnreadableMeshError
 from robust_ik.description.meshes.mesh_file_references import ConfinedResolver
 from robust_ik.description.meshes.mesh_paths import MESH_SUFFIXES
+from robust_ik.description.meshes.mesh_size_limits import MAX_BYTES, check_mesh, check_triangles
+from robust_ik.description.meshes.mesh_size_limits import UnreadableMeshError as UnreadableMeshError
 from robust_ik.description.meshes.triangle_meshes import Triangles, tidy
 
 MAX_PIXELS = 20_000_000

@@ -11,7 +11,7 @@ from lxml import etree
 from robust_ik.description.notes import Notes, named
 from robust_ik.description.urdf.urdf_numbers import LARGEST, are_numbers, shown
 from robust_ik.description.urdf.xml_repairs import note_version, repaired
-from robust_ik.description.xml_bounds import SRDF, URDF, XmlBounds, keeps_brackets
+from robust_ik.description.xml_size_limits import SRDF, URDF, XmlBounds, keeps_brackets
 from robust_ik.errors import UrdfError
 
 MAX_DEPTH = 1000

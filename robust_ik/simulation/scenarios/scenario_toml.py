@@ -12,7 +12,7 @@ import numpy as np
 from robust_ik.checks import Array, as_array
 from robust_ik.control.reaching import Reach
 from robust_ik.control.tasks import Follow, FrameTask, OrientationTask, PostureTask, Replay, Stack, Task, pose
-from robust_ik.description.toml_bounds import read_toml
+from robust_ik.description.toml_size_limits import read_toml
 from robust_ik.errors import InputError, LoadError
 from robust_ik.robot.loading import load
 from robust_ik.robot.robot import Robot

@@ -13,11 +13,11 @@ from robust_ik.errors import LoadError
 from robust_ik.kinematics.twist_rows import checked_rows
 from robust_ik.singularities.atlas.atlas_record import AtlasRecord, Settings
 from robust_ik.singularities.atlas.evidence import Evidence
-from robust_ik.singularities.conditions.condition_notation import condition, equation
+from robust_ik.singularities.conditions.condition_words import condition, equation
 from robust_ik.singularities.conditions.robot_facts import SAME, RobotFacts, jacobians_apart
 from robust_ik.singularities.conditions.trig_relations import DEGREES
 from robust_ik.singularities.families.leaf import is_singular
-from robust_ik.singularities.find.random_starts import Method
+from robust_ik.singularities.find.find_points import Method
 
 if TYPE_CHECKING:
     from robust_ik.singularities.conditions.angle_sums import Angle

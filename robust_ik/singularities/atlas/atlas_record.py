@@ -14,7 +14,7 @@ from robust_ik.errors import RobustIKError
 from robust_ik.singularities.atlas.evidence import Completeness, Evidence
 from robust_ik.singularities.conditions.robot_facts import RobotFacts
 from robust_ik.singularities.families.stratum import Stratum
-from robust_ik.singularities.find.random_starts import Method
+from robust_ik.singularities.find.find_points import Method
 from robust_ik.singularities.trace.nearest_singularity import Nearest, nearest
 
 if TYPE_CHECKING:

@@ -18,8 +18,8 @@ from robust_ik.singularities.atlas.atlas_record import Settings
 from robust_ik.singularities.atlas.search_run import searched
 from robust_ik.singularities.atlas.search_state import SearchState
 from robust_ik.singularities.conditions.robot_facts import RobotFacts
+from robust_ik.singularities.find.find_points import Method
 from robust_ik.singularities.find.projection_search import TOLERANCE
-from robust_ik.singularities.find.random_starts import Method
 from robust_ik.singularities.find.rank_residual import check_corank
 
 if TYPE_CHECKING:

@@ -11,8 +11,8 @@ from robust_ik.certificates.certify import certify_plain
 from robust_ik.certificates.proof import Arm
 from robust_ik.runtime.parallel import chunk_sizes
 from robust_ik.singularities.atlas.proof_evidence import ProofOutcome
+from robust_ik.singularities.find.find_points import Method, find_points
 from robust_ik.singularities.find.points_found import Points
-from robust_ik.singularities.find.random_starts import Method, find_points
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 
 CHUNK = 500

@@ -17,7 +17,7 @@ from robust_ik.checks import Array, as_array, readonly
 from robust_ik.description.catalog import catalog
 from robust_ik.description.dh import DHTable, read_dh
 from robust_ik.errors import InputError, LoadError
-from robust_ik.singularities.conditions.condition_notation import symbols
+from robust_ik.singularities.conditions.condition_words import symbols
 from robust_ik.singularities.geometry.screw_chain import ScrewChain, reachable_rows
 from robust_ik.singularities.geometry.straightening import straightened
 

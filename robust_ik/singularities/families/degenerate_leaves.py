@@ -16,7 +16,7 @@ from robust_ik.kinematics.svd import svd
 from robust_ik.singularities.conditions.angle_sums import Angle, candidates
 from robust_ik.singularities.conditions.trig_relations import Relation, simplest
 from robust_ik.singularities.families.leaf import Leaf, Pin, is_singular, nice
-from robust_ik.singularities.find.random_starts import local_dimensions
+from robust_ik.singularities.find.find_points import local_dimensions
 from robust_ik.singularities.find.rank_residual import Residual
 from robust_ik.singularities.find.tangent_walk import POLISHED, Mask, polished
 from robust_ik.singularities.geometry.screw_chain import ScrewChain

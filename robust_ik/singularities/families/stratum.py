@@ -9,7 +9,7 @@ import numpy as np
 
 from robust_ik.checks import Array, readonly
 from robust_ik.singularities.conditions.angle_sums import Angle
-from robust_ik.singularities.conditions.condition_notation import Symbols, condition, equation
+from robust_ik.singularities.conditions.condition_words import Symbols, condition, equation
 from robust_ik.singularities.conditions.trig_relations import Relation
 from robust_ik.singularities.families.leaf import Leaf, Pin
 from robust_ik.singularities.families.leaf_merging import Values, values_of

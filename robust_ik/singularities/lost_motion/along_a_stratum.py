@@ -12,7 +12,7 @@ from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 from robust_ik.singularities.lost_motion.axis_landmarks import Axes, landmarks
 from robust_ik.singularities.lost_motion.lost_motion import LostMotion, lost_motion
-from robust_ik.singularities.lost_motion.wording import in_words
+from robust_ik.singularities.lost_motion.lost_motion_words import in_words
 
 SAMPLES = 8
 """Members for which words are found. Chosen: what all eight share is likely to hold for all; more take longer."""

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from robust_ik.description.joint_tree import Mesh
-from robust_ik.description.meshes import mesh_bounds, mesh_files
+from robust_ik.description.meshes import mesh_files, mesh_size_limits
 from robust_ik.description.meshes.mesh_files import UnreadableMeshError, read_mesh
 from robust_ik.description.meshes.triangle_meshes import Triangles, tidy
 
@@ -36,7 +36,7 @@ def primitives(count, accessor):
 
 
 LARGE = {"count": 3000, "componentType": 5126, "type": "VEC3"}
-MANY = mesh_bounds.MAX_FACE_LINES + 1
+MANY = mesh_size_limits.MAX_FACE_LINES + 1
 REFUSED = {
     "a doubling scene.dae": ((HEAD + doubling(40) + TAIL.format(INSTANCE)).encode(), "triangles"),
     "a scene in itself.dae": ((HEAD + CIRCLE + TAIL.format(INSTANCE)).encode(), "hold each other"),
@@ -87,7 +87,7 @@ def test_what_a_scene_shows_often_is_counted_as_often(tmp_path, monkeypatch):
     (tmp_path / "a.gltf").write_bytes(header)
     mesh = Mesh("a.gltf", tmp_path / "a.gltf", (1.0, 1.0, 1.0), tmp_path)
     assert sum(len(part.triangles.faces) for part in read_mesh(mesh)) == 30
-    monkeypatch.setattr(mesh_bounds, "MAX_TRIANGLES", 20)
+    monkeypatch.setattr(mesh_size_limits, "MAX_TRIANGLES", 20)
     with pytest.raises(UnreadableMeshError, match="21 triangles"):
         read_mesh(mesh)
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from robust_ik.checks import Array
 from robust_ik.control.bounds import CONTRADICTION, Bounds
-from robust_ik.control.fitting.active_set import minimum
+from robust_ik.control.within_bounds.active_set import minimum
 
 PRICE = 0.1
 """Cost of motion relative to missing floors of unit rows: ½ PRICE ‖q̇ − near‖² against ½ Σ missing²."""

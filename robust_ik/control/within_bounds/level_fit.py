@@ -11,9 +11,9 @@ import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.control.bounds import Bounds
-from robust_ik.control.fitting.bounded_qp import share_of, solve_within
-from robust_ik.control.fitting.motion_cost import MotionCost, motion_cost
-from robust_ik.control.fitting.null_space import Freedom, Reduced
+from robust_ik.control.within_bounds.bounded_qp import share_of, solve_within
+from robust_ik.control.within_bounds.motion_cost import MotionCost, motion_cost
+from robust_ik.control.within_bounds.null_space import Freedom, Reduced
 from robust_ik.kinematics.svd import complement, length
 
 SHARE_PRICE = 1e-6

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from robust_ik.checks import Array
 from robust_ik.control.bounds import Bounds
-from robust_ik.control.fitting.active_set import minimise
+from robust_ik.control.within_bounds.active_set import minimise
 from robust_ik.errors import InputError
 from robust_ik.kinematics.svd import least_norm_solution
 

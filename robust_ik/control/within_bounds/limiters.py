@@ -14,8 +14,8 @@ import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.checks.public_arguments import check_type
-from robust_ik.control.fitting.bounded_qp import check_backend, share_of
-from robust_ik.control.fitting.level_fit import Wish, keeping_direction, nearest, slowed, within_speeds
+from robust_ik.control.within_bounds.bounded_qp import check_backend, share_of
+from robust_ik.control.within_bounds.level_fit import Wish, keeping_direction, nearest, slowed, within_speeds
 
 RISE = 2.0
 """How fast the joint speed of a level that was stopped grows again, rad/s² or m/s².

@@ -12,10 +12,10 @@ import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.control.bounds import Bounds
-from robust_ik.control.fitting.feasible_start import feasible_start
-from robust_ik.control.fitting.level_fit import Wish, slowed
-from robust_ik.control.fitting.limiters import Limiter
-from robust_ik.control.fitting.null_space import Freedom, Reduced
+from robust_ik.control.within_bounds.feasible_start import feasible_start
+from robust_ik.control.within_bounds.level_fit import Wish, slowed
+from robust_ik.control.within_bounds.limiters import Limiter
+from robust_ik.control.within_bounds.null_space import Freedom, Reduced
 
 
 def ramped(

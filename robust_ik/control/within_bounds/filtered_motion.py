@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.checks import LARGEST_PARAMETER, Array
-from robust_ik.control.fitting.null_space import Freedom, Reduced
+from robust_ik.control.within_bounds.null_space import Freedom, Reduced
 from robust_ik.inverses import RobustInverse, SingularValueFilter, Weighted
 from robust_ik.inverses.task_equation import TaskEquation
 from robust_ik.kinematics.svd import singular_values

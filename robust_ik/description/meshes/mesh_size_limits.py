@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from lxml import etree
 
-from robust_ik.description.xml_bounds import COLLADA, keeps_brackets
+from robust_ik.description.xml_size_limits import COLLADA, keeps_brackets
 from robust_ik.errors import UrdfError
 
 MAX_BYTES = 60_000_000

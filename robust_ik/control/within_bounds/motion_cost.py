@@ -25,7 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robust_ik.checks import Array
-from robust_ik.control.fitting.null_space import Reduced
+from robust_ik.control.within_bounds.null_space import Reduced
 
 PRICE = 1e-3
 """Least cost of a motion, relative to σ₁²: like a damping of √PRICE σ₁ of the arm without the held joints."""

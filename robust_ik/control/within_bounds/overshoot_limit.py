@@ -18,7 +18,7 @@ from __future__ import annotations
 import numpy as np
 
 from robust_ik.checks import Array
-from robust_ik.control.fitting.null_space import Reduced
+from robust_ik.control.within_bounds.null_space import Reduced
 from robust_ik.kinematics.svd import length
 
 

@@ -6,13 +6,13 @@ import pickle
 import pytest
 
 import robust_ik as rik
-from robust_ik.description import xml_bounds
+from robust_ik.description import xml_size_limits
 from robust_ik.description.catalog import catalog
 from robust_ik.description.joint_tree import Description
 from robust_ik.description.tips import choose_tip
 from robust_ik.description.urdf.urdf_checks import safe_tree
 from robust_ik.description.urdf.urdf_reader import parse_urdf
-from robust_ik.description.xml_bounds import SRDF, URDF
+from robust_ik.description.xml_size_limits import SRDF, URDF
 from robust_ik.errors import LONGEST_MESSAGE, cut, listed, suggest
 
 ROBOT = '<robot name="r"><link name="a"/>{}</robot>'
@@ -83,7 +83,7 @@ def test_long_texts_comments_and_data_are_no_tags():
 
 
 def test_real_robots_are_a_tenth_of_what_is_allowed():
-    tenth = xml_bounds.XmlBounds(
+    tenth = xml_size_limits.XmlBounds(
         "a robot", URDF.elements // 10, tuple((name, most // 10) for name, most in URDF.of), 50, 10_000
     )
     paths = [entry.path for entry in catalog().values() if entry.path.suffix == ".urdf"]
