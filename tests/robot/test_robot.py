@@ -349,8 +349,12 @@ def test_joints_that_follow_others_with_factors_and_offsets_equal_pinocchios(rng
     robot = rik.Robot.from_description(parse_urdf(text + "</robot>"))
     assert robot.n == 3
     q = robot.random(rng, 11)
-    assert_allclose(robot.pose(q), [pinocchio_reference.pose(robot, one, robot.tip) for one in q], atol=1e-12)
+    expected = [pinocchio_reference.pose(robot, one, robot.tip) for one in q]
+    assert_allclose(robot.pose(q), expected, atol=1e-12)
+    assert_allclose([robot.pose(one) for one in q], expected, atol=1e-12)
     for reference in REFERENCES:
-        for function in ("jacobian", "hessian"):
-            expected = [getattr(pinocchio_reference, function)(robot, one, robot.tip, reference) for one in q]
-            assert_allclose(getattr(robot, function)(q, reference=reference), expected, atol=1e-12)
+        for name in ("jacobian", "hessian"):
+            function = getattr(robot, name)
+            expected = [getattr(pinocchio_reference, name)(robot, one, robot.tip, reference) for one in q]
+            assert_allclose(function(q, reference=reference), expected, atol=1e-12)
+            assert_allclose([function(one, reference=reference) for one in q], expected, atol=1e-12)
