@@ -143,8 +143,8 @@ def checked_parameter(
             f"≥ {least:g}" if least > -math.inf else "",
             f"< {below:g}" if below < math.inf else "",
         ]
-        wanted = " and ".join(condition for condition in conditions if condition) or "finite"
-        wanted = wanted if isinstance(value, Real) else f"one number, {wanted}"
+        finite = "finite" if isinstance(value, Real) else "one finite number"
+        wanted = " and ".join(condition for condition in conditions if condition) or finite
         raise InputError(f"{name} must be {wanted}, got {reprlib.repr(value)}")
     if number != 0 and not LEAST_PARAMETER <= abs(number) <= LARGEST_PARAMETER:
         span = f"{LEAST_PARAMETER:g} and {LARGEST_PARAMETER:g}"

@@ -110,8 +110,8 @@ def check_type(name: str, value: Any, annotation: str) -> None:
     """
     kinds = _alternatives(annotation)
     if not any(_fits(value, kind) for kind in kinds):
-        plain_first = sorted(kinds, key=lambda kind: "[" in kind)
-        wanted = " or ".join(dict.fromkeys(map(_words, plain_first)))
+        ordered = sorted(kinds, key=lambda kind: 2 if kind == "None" else "[" in kind)  # single values first, None last
+        wanted = " or ".join(dict.fromkeys(map(_words, ordered)))
         raise InputError(f"{name} must be {wanted}, got {shown(value)}")
 
 

@@ -68,7 +68,7 @@ def test_the_largest_gain_of_the_smallest_and_largest_arms_is_no_error():
         (lambda: rik.explain(J, XDOT, rik.JParse(), rows=7), "rows must be a sequence, each a str or None"),
         (lambda: rik.OutAndBack(np.eye(4), "x"), "goal must be an array of real numbers, got 'x'"),
         (lambda: rik.OutAndBack(np.eye(4), np.zeros(3), travel="x"), "travel must be > 0, got 'x'"),
-        (lambda: rik.OutAndBack(np.eye(4), np.zeros(3))("soon"), "time must be finite, got 'soon'"),
+        (lambda: rik.OutAndBack(np.eye(4), np.zeros(3))("soon"), "time must be one finite number, got 'soon'"),
         (lambda: rik.PositionTask(np.full(3, 1e308)), "target must lie within ±1e.100"),
         (lambda: rik.FrameTask(np.eye(4) * 1e308), "target must lie within ±1e.100"),
         (lambda: rik.find_singularities("panda"), "robot must be a Robot, got 'panda'"),
