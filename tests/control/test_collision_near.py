@@ -1,9 +1,12 @@
 """Started too near, in fast and long steps: no pair ever comes nearer, unless the resolution says that it had to."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import robust_ik as rik
+from robust_ik.control.bounds import Bounds
 from robust_ik.control.limits import CollisionLimit, HalfSpace, Limit, Obstacle
 from tests.control.test_collision import around, planar
 
@@ -103,3 +106,21 @@ def test_where_nothing_else_keeps_a_limit_the_robot_stands_still():
     step = controller.step(np.array([0.3, 0.4]), rik.PostureTask([1.0, 1.0]), 0.01)
     assert not step.qdot.any()
     assert step.status is rik.Status.STUCK
+
+
+class NeverKept(Limit):
+    """A limit of a user's own that every step breaks, the less the slower it is."""
+
+    def bounds(self, robot, q, previous, dt):
+        return Bounds.of_rows(np.eye(2), np.full(2, -100.0), ("one", "two"))
+
+    def tightened(self, robot, q, qdot, dt, bounds):
+        return replace(bounds, floor=bounds.rows @ qdot + 0.01 + np.abs(qdot).max())
+
+
+def test_where_nothing_keeps_a_limit_the_motion_that_breaks_it_least_is_made():
+    controller = rik.VelocityController(planar(), rik.JParse(), limits=NeverKept())
+    step = controller.step(np.array([0.3, 0.4]), rik.PostureTask([1.0, 1.0]), 0.01)
+    assert np.abs(step.qdot).max() < 0.02
+    assert step.status is rik.Status.INFEASIBLE
+    assert set(step.contradictions) == {"one", "two"}
