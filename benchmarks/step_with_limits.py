@@ -47,9 +47,20 @@ class Contender:
 
 
 CONTENDERS = (
-    Contender("robust_ik, `Sliding`", "robust_ik", "strict; the default"),
-    Contender("robust_ik, `Saturation`", "robust_ik", "strict; keeps the direction", ("--limiter", "saturation")),
-    Contender("robust_ik, `QuadraticProgram`", "robust_ik", "strict; a QP a level", ("--limiter", "quadratic_program")),
+    Contender("robust_ik, `ControlLoop`", "robust_ik", "strict; the default", ("--form", "prepared")),
+    Contender("robust_ik, `controller.step`", "robust_ik", "the same, with new tasks"),
+    Contender(
+        "robust_ik, `ControlLoop`, `Saturation`",
+        "robust_ik",
+        "strict; keeps the direction",
+        ("--form", "prepared", "--limiter", "saturation"),
+    ),
+    Contender(
+        "robust_ik, `ControlLoop`, `QuadraticProgram`",
+        "robust_ik",
+        "strict; a QP a level",
+        ("--form", "prepared", "--limiter", "quadratic_program"),
+    ),
     Contender("Pink", "pink", "weighted, one QP (DAQP); damped"),
     Contender("mink", "mink", "weighted, one QP (DAQP); MuJoCo"),
     Contender("PlaCo, soft", "placo", "weighted, one QP in C++"),
@@ -102,7 +113,7 @@ class Result:
 def row(contender: Contender, version: str, results: list[Result], ours: list[Result] | None) -> tuple[str, ...]:
     cells = [f"{contender.name} {version}"]
     for result, own in zip(results, ours or (None, None)):
-        cells += [f"{result.us:.0f}", f"{result.us / own.us:.2g}" if own else "–", f"{result.at_limit:.0%}"]
+        cells += [f"{result.us:.1f}", f"{result.us / own.us:.2g}" if own else "–", f"{result.at_limit:.0%}"]
     return (*cells, "yes" if all(result.kept for result in results) else "no", contender.what)
 
 

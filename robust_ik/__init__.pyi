@@ -12,6 +12,7 @@ from robust_ik.analysis.newton_iteration import NewtonStatus as NewtonStatus
 from robust_ik.analysis.newton_iteration import newton as newton
 from robust_ik.control.compiled_step.kernel_warmup import warmup as warmup
 from robust_ik.control.compiled_step.stepper import Stepper as Stepper
+from robust_ik.control.control_loop import ControlLoop as ControlLoop
 from robust_ik.control.limits import CollisionLimit as CollisionLimit
 from robust_ik.control.limits import HalfSpace as HalfSpace
 from robust_ik.control.limits import IgnoredPair as IgnoredPair

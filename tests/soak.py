@@ -117,8 +117,8 @@ class Bends:
     """
 
     def __init__(self, controller):
-        self.seen, self._tightened = False, controller._tightened
-        controller._tightened = self
+        self.seen, self._tightened = False, controller.compiled.tightened
+        controller.compiled.tightened = self
 
     def __call__(self, *given):
         tighter = self._tightened(*given)

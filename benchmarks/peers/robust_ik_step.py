@@ -19,6 +19,16 @@ def make(work: Work, arguments: argparse.Namespace) -> System:
     gain = 1 / work.dt  # the whole error in one step, as the peers' defaults ask
     posture = rik.PostureTask(work.posture, gain=gain)
 
+    if arguments.form == "prepared":
+        loop = rik.ControlLoop(controller, [[rik.FrameTask(np.eye(4), gain=gain)], [posture]], work.dt)
+        goal = loop.tasks[0][0].target
+
+        def prepared(q: np.ndarray, target: np.ndarray) -> np.ndarray:
+            goal[:] = target
+            return loop.step(q)
+
+        return System(prepared, robot.pose)
+
     def step(q: np.ndarray, target: np.ndarray) -> np.ndarray:
         return controller.step(q, [[rik.FrameTask(target, gain=gain)], [posture]], work.dt).qdot
 
@@ -26,4 +36,4 @@ def make(work: Work, arguments: argparse.Namespace) -> System:
 
 
 if __name__ == "__main__":
-    run("robust_ik", "robust-ik", make, limiter=tuple(LIMITERS))
+    run("robust_ik", "robust-ik", make, limiter=tuple(LIMITERS), form=("plain", "prepared"))

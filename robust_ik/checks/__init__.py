@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import reprlib
 from numbers import Real
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -62,6 +62,8 @@ def as_measures(value: ArrayLike, name: str, shape: tuple[int | None, ...]) -> A
     Raises:
         InputError: As for `as_array`, or a value is larger than LARGEST_PARAMETER.
     """
+    if type(value) is np.ndarray and value.dtype == np.float64 and value.shape == shape and _is_measured(value):
+        return value
     array = as_array(value, name, shape, finite=False)
     if not _is_measured(array):
         array = as_array(array, name, shape)  # raises for NaN and infinity
@@ -134,6 +136,8 @@ def checked_parameter(
     Raises:
         InputError: It is not a finite number, is out of range, or is too small or large to be squared.
     """
+    if type(value) is float and max(LEAST_PARAMETER, least) <= value <= LARGEST_PARAMETER and above < value < below:
+        return value
     if isinstance(value, np.ndarray) and value.ndim == 0:
         value = value.item()
     number = _as_float(value) if isinstance(value, Real) else math.nan
@@ -161,6 +165,8 @@ def _as_float(value: Real) -> float:
 
 def checked_cap(name: str, value: object) -> float:
     """A positive number; infinity means no cap."""
+    if type(value) is float and value == math.inf:
+        return value
     given = value.item() if isinstance(value, np.ndarray) and value.ndim == 0 else value
     return math.inf if isinstance(given, Real) and given == math.inf else checked_parameter(name, given, above=0)
 
@@ -172,11 +178,22 @@ def checked_rigid(value: ArrayLike, name: str) -> Array:
         InputError: They are not.
     """
     T = as_measures(value, name, (4, 4))
+    if T.ndim == 2 and _is_rigid(T):  # in a loop a new task may be made at every step
+        return T
     R = T[..., :3, :3]
     error = np.abs(R @ np.swapaxes(R, -1, -2) - np.eye(3))
     if (error > RIGID_TOLERANCE).any() or (np.linalg.det(R) < 0).any() or (T[..., 3, :] != [0, 0, 0, 1]).any():
         raise InputError(f"{name} must be rigid: a rotation, a translation and a last row 0 0 0 1, got {_shown(T)}")
     return T
+
+
+def _is_rigid(T: Array) -> bool:
+    """Whether one pose is rigid: for so few numbers Python is faster than NumPy."""
+    (a, b, c, _), (d, e, f, _), (g, h, i, _), last = T.tolist()
+    squares = max(abs(a * a + b * b + c * c - 1), abs(d * d + e * e + f * f - 1), abs(g * g + h * h + i * i - 1))
+    angles = max(abs(a * d + b * e + c * f), abs(a * g + b * h + c * i), abs(d * g + e * h + f * i))
+    determinant = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
+    return bool(max(squares, angles) <= RIGID_TOLERANCE and determinant > 0 and last == [0.0, 0.0, 0.0, 1.0])
 
 
 def _shown(array: Array) -> str:
@@ -188,3 +205,23 @@ def readonly(array: ArrayLike, dtype: Any = float) -> NDArray[Any]:
     copy = np.array(array, dtype=dtype)
     copy.setflags(write=False)
     return copy
+
+
+def checked_out(out: Any, shape: tuple[int, ...]) -> Array:
+    """An array for a result.
+
+    Raises:
+        InputError: It is no writable, contiguous, aligned array of doubles of this shape.
+    """
+    good = isinstance(out, np.ndarray) and out.dtype == np.float64 and out.shape == shape
+    if not (good and out.flags.carray):
+        what = f"{out.dtype} of shape {out.shape}" if isinstance(out, np.ndarray) else repr(out)
+        raise InputError(f"out must be a writable, contiguous, aligned array of doubles of shape {shape}, got {what}")
+    checked: Array = out
+    return checked
+
+
+def is_plain(array: Any, n: int) -> TypeGuard[Array]:
+    """Whether it is an array of n contiguous doubles."""
+    good = type(array) is np.ndarray and array.dtype == np.float64 and array.shape == (n,)
+    return good and bool(array.flags.c_contiguous and array.flags.aligned)

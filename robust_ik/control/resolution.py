@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import enum
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -113,3 +114,28 @@ class Resolution:
             "It pulls along a direction that is lost: lead the target elsewhere, drop rows that are not needed, or "
             "bend the arm by a SingularValueTask or a PostureTask."
         )
+
+
+class LazyResolution(Resolution):
+    """A resolution of which all but q̇ is made when it is first read: in a control loop hardly anybody does."""
+
+    @classmethod
+    def of(cls, qdot: Array, made: Callable[[], Resolution]) -> Resolution:
+        """The resolution with these joint velocities, the rest from `made`."""
+        found = object.__new__(cls)
+        vars(found).update(qdot=qdot, _made=made)
+        return found
+
+    def __getattr__(self, name: str) -> Any:
+        made = vars(self).pop("_made", None)
+        if made is None or name not in ("levels", "active", "contradictions", "status"):
+            if made is not None:
+                vars(self)["_made"] = made
+            raise AttributeError(f"{type(self).__name__} has no attribute {name!r}")
+        full = made()
+        vars(self).update({key: getattr(full, key) for key in ("levels", "active", "contradictions", "status")})
+        return vars(self)[name]
+
+    def __reduce__(self) -> tuple[object, ...]:
+        # As a plain one: what makes the rest holds a controller.
+        return Resolution, (self.qdot, self.levels, self.active, self.contradictions, self.status)

@@ -45,7 +45,7 @@ class Units:
         if self.length == 1.0:
             return given
         return replace(
-            given, levels=tuple(self._equation(each) for each in given.levels), bounds=self._bounds(given.bounds)
+            given, levels=tuple(self._equation(each) for each in given.levels), bounds=self.bounds(given.bounds)
         )
 
     def resolution(self, given: VelocityProblem, found: Resolution) -> Resolution:
@@ -68,8 +68,10 @@ class Units:
             hessian=None if H is None else H / rows[:, None, None] * joints[:, None] * joints,
         )
 
-    def _bounds(self, given: Bounds) -> Bounds:
+    def bounds(self, given: Bounds) -> Bounds:
         """Bounds in these units; rows are of distances, which are divided too."""
+        if self.length == 1.0:
+            return given
         joints, hurried = self.joints, given.unhurried
         return replace(
             given,

@@ -10,8 +10,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robust_ik.checks import Array, as_measures, checked_parameter
+from robust_ik.checks import Array, as_measures, checked_parameter, is_plain
 from robust_ik.control.bounds import CONTRADICTION, Bounds
+from robust_ik.control.compiled_loop.compiled_steps import CompiledSteps
+from robust_ik.control.compiled_loop.control_program import ControlProgram
 from robust_ik.control.length_scale import chosen_length_scale
 from robust_ik.control.limits import JointLimits, Limit
 from robust_ik.control.limits.base import checked_limits
@@ -22,7 +24,7 @@ from robust_ik.control.resolvers.base import InverseResolver
 from robust_ik.control.resolvers.step_status import reductions, verdict
 from robust_ik.control.scaled_levels import Units
 from robust_ik.control.tasks import Levels, Stack, Task, checked_stack
-from robust_ik.control.tasks.base import Drive, Moment
+from robust_ik.control.tasks.base import Drive, Moment, checked_equation
 from robust_ik.errors import InputError
 from robust_ik.inverses import JParse, RobustInverse
 from robust_ik.inverses.task_equation import TaskEquation, stacked
@@ -66,6 +68,7 @@ class VelocityController:
         limits: The limits, the strongest first.
         length_scale: The resolver's unit of length, m: 1, or for much larger or smaller robots about their own size.
         qdot: The joint velocities of the last step, (n,); at rest before the first.
+        compiled: What makes its steps in compiled code where that is possible; NumPy makes the others.
     """
 
     def __init__(
@@ -96,10 +99,10 @@ class VelocityController:
         self.robot = robot
         self.resolver = as_resolver(resolver)
         self.limits = (JointLimits.of(robot),) if limits is None else checked_limits(limits)
-        self._watching = [limit for limit in self.limits if type(limit).tightened is not Limit.tightened]
         inverses = self.resolver.inverses if isinstance(self.resolver, InverseResolver) else ()
         self.length_scale = chosen_length_scale(robot, inverses, length_scale)
         self._units = Units(self.length_scale, robot.sliding)
+        self.compiled = CompiledSteps(robot, self.limits, self._units)
         self.reset()
 
     def reset(self, qdot: ArrayLike | None = None) -> None:
@@ -113,6 +116,7 @@ class VelocityController:
             raise InputError(f"qdot must be the velocities of one configuration, got shape {start.shape}")
         self.qdot = start.copy()
         self._driver: Resolver | None = None
+        self.compiled.forget()
         self._drives: dict[tuple[int, int], Drive] = {}
 
     def step(self, q: ArrayLike, stack: Stack | Task, dt: float) -> Resolution:
@@ -132,31 +136,46 @@ class VelocityController:
             InputError: q is not one finite configuration, the stack is no list of lists of tasks, dt is not > 0.
             FrameNotFoundError: A task names a frame that the robot does not have.
         """
+        levels = checked_stack(stack)
+        if not is_plain(q, self.robot.nq):
+            q = np.array(as_measures(q, "q", ()))
+            if q.ndim != 1:
+                raise InputError(f"a step takes one configuration, (nq,), got shape {q.shape}")
+        found = self.compiled.step(q, levels, dt, self._begun(dt), self.qdot)
+        if found is not None:
+            self.qdot, self._drives = found.qdot, {}
+            return found
         q = as_measures(q, "q", ())
-        if q.ndim != 1:
-            raise InputError(f"a step takes one configuration, (nq,), got shape {q.shape}")
         dt = checked_parameter("dt", dt, above=0)
-        if self._driver is None:
-            self._driver = self.resolver.begin(dt)
-        problem = self._problem(q, checked_stack(stack), dt)
+        problem = self._problem(q, levels, dt)
         resolution = self._within_shares(q, problem, self._resolved(q, problem, dt))
         self.qdot = resolution.qdot
         return resolution
 
+    def program(self, stack: Stack | Task, dt: float) -> ControlProgram | None:
+        """The compiled program of a stack in the present run, see `ControlLoop`; None if NumPy makes its steps."""
+        return self.compiled.program(self.robot.rest, checked_stack(stack), dt, self._begun(dt))
+
+    def _begun(self, dt: float) -> Resolver:
+        """The resolver, begun for the present run."""
+        if self._driver is None:
+            self._driver = self.resolver.begin(checked_parameter("dt", dt, above=0))
+        return self._driver
+
     def _resolved(self, q: Array, problem: VelocityProblem, dt: float) -> Resolution:
         """The resolution; if its step in full would break a limit, another one that does not."""
-        begun = self._driver or self.resolver
+        begun = self._begun(dt)
         remembers = begun is not self.resolver  # trial steps that are dropped must not be remembered
         tried, found = problem, None
         for _ in range(ATTEMPTS):
-            self._driver = copy.deepcopy(begun) if remembers and self._watching else begun
+            self._driver = copy.deepcopy(begun) if remembers and self.compiled.watches else begun
             latest = self._units.resolution(tried, self._driver.resolve(self._units.problem(tried)))
             if found is not None and len(latest.contradictions) > len(found.contradictions):
-                if self._tightened(q, latest.qdot, dt, tried.bounds) is None:
+                if self.compiled.tightened(q, latest.qdot, dt, tried.bounds) is None:
                     return latest
                 break  # no more can be asked for
             found = latest
-            tighter = self._tightened(q, found.qdot, dt, tried.bounds)
+            tighter = self.compiled.tightened(q, found.qdot, dt, tried.bounds)
             if tighter is None:
                 return found
             tried = replace(problem, bounds=tighter)
@@ -175,7 +194,7 @@ class VelocityController:
         if share < 1 and bounds.last is not None:
             braked = self._nearer_to_braking(q, bounds, bounds.last, qdot)
             better = bounds.contains(braked) and self._share(q, braked) > share
-            if better and self._tightened(q, braked, problem.dt, bounds) is None:
+            if better and self.compiled.tightened(q, braked, problem.dt, bounds) is None:
                 kept *= float(np.clip(braked @ qdot / max(float(qdot @ qdot), TINY), 0.0, 1.0))
                 qdot = braked
         if qdot is found.qdot:
@@ -204,21 +223,13 @@ class VelocityController:
             least, most = (middle, most) if allowed else (least, middle)
         return np.asarray(braking + least * (qdot - braking))
 
-    def _tightened(self, q: Array, qdot: Array, dt: float, bounds: Bounds) -> Bounds | None:
-        """The tighter bounds of the first limit that asks for them; None if no limit does."""
-        for limit in self._watching:
-            tighter = limit.tightened(self.robot, q, qdot, dt, bounds)
-            if tighter is not None:
-                return tighter
-        return None
-
     def _slowed(self, q: Array, problem: VelocityProblem, found: Resolution, dt: float) -> Resolution:
         """The fastest part of the motion that keeps all limits; if none does, the one that breaks them least."""
         bounds = problem.bounds
         least, best = math.inf, (1.0, found.qdot, np.zeros(len(bounds.floor), dtype=bool))
         for share in (1.0, *SHARES):
             qdot = np.clip(share * found.qdot, bounds.lower, bounds.upper)
-            tighter = self._tightened(q, qdot, dt, bounds)
+            tighter = self.compiled.tightened(q, qdot, dt, bounds)
             if tighter is None:
                 missed = bounds.rows @ qdot < bounds.floor - CONTRADICTION
                 return self._verdict(problem, qdot, share * found.scale, found, missed)
@@ -264,8 +275,8 @@ class VelocityController:
         """The equation of the task at a place of the stack, by its drive if it has one."""
         hessian, drive = self.resolver.needs_hessian, self._drives.get(place)
         if drive is None:
-            return _checked(task, task.equation(self.robot, q, hessian=hessian), self.robot)
-        return _checked(task, drive.equation(task, q, moment, hessian=hessian), self.robot)
+            return checked_equation(task, task.equation(self.robot, q, hessian=hessian), self.robot)
+        return checked_equation(task, drive.equation(task, q, moment, hessian=hessian), self.robot)
 
 
 def as_resolver(given: Resolver | RobustInverse | None) -> Resolver:
@@ -283,22 +294,3 @@ def as_resolver(given: Resolver | RobustInverse | None) -> Resolver:
             f"resolver must be a resolver such as TaskPriority(), or an inverse such as JParse(), got {given!r}"
         )
     return given
-
-
-def _checked(task: Task, equation: TaskEquation, robot: Robot) -> TaskEquation:
-    """The equation of a task, checked since it may be the user's own.
-
-    Raises:
-        InputError: Shapes do not fit, or something is NaN or infinite.
-    """
-    m, n = len(equation.xdot), robot.n
-    arrays = {"J": (equation.J, (m, n)), "xdot": (equation.xdot, (m,)), "error": (equation.error, (m,))}
-    if equation.hessian is not None:
-        arrays["hessian"] = equation.hessian, (m, n, n)
-    for name, (array, shape) in arrays.items():
-        if array.shape != shape or not np.isfinite(array).all():
-            raise InputError(
-                f"{name} of {type(task).__name__} must be finite and of shape {shape}, got shape {array.shape}"
-                f"{'' if np.isfinite(array).all() else ' with NaN or infinity'}"
-            )
-    return equation

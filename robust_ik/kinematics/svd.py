@@ -45,7 +45,7 @@ This is no definition of rank, but a limit on motion: to hold both rows at their
 
 
 LARGEST_COMPILED = 16
-"""Matrices with more rows or columns go to LAPACK: kernels have room for 16, `jacobi_rotations.MOST_ROWS`."""
+"""Matrices with more rows or columns go to LAPACK: the largest kernel is `small_svd.vectors_16`."""
 
 
 @dataclass(frozen=True, eq=False)

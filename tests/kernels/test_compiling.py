@@ -428,11 +428,13 @@ def test_after_the_warmup_of_a_robot_nothing_is_compiled_for_it(monkeypatch):
         assert np.isfinite(each).all()
 
 
-@pytest.mark.parametrize("n, sizes", [(2, {8}), (8, {8}), (9, {8, 16}), (16, {8, 16}), (17, {8})])
+@pytest.mark.parametrize(
+    "n, sizes", [(2, {8}), (8, {8}), (9, {8, 16, 32}), (16, {8, 16, 32}), (17, {8, 32}), (33, {8})]
+)
 def test_only_kernels_of_other_sizes_are_left_out(n, sizes):
-    assert {most for most in (8, 16) if kernel_warmup._serves(most, n)} == sizes
+    assert {most for most in (8, 16, 32) if kernel_warmup._serves(most, n)} == sizes
     assert kernel_warmup._serves(None, n)
-    assert {each.most for each in every_kernel()} == {None, 8, 16}
+    assert {each.most for each in every_kernel()} == {None, 8, 16, 32}
 
 
 def test_what_names_more_than_numbers_and_functions_is_compiled_by_every_process(monkeypatch):

@@ -81,7 +81,8 @@ def test_no_modules_import_each_other_in_a_circle():
     assert "robust_ik.singularities.atlas.atlas" in circles(imports)
 
 
-SHORT = {"chain_layout": "links", "pose_layout": "lay", "search_memory": "mem", "step_layout": "slots"}
+SHORT = {"chain_layout": "links", "pose_layout": "lay", "search_memory": "mem", "step_layout": "slots",
+         "control_layout": "slots"}  # fmt: skip
 """Modules of places in vectors, which kernels name in every line: the one short name that each may have."""
 
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, TypeGuard
+from typing import TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robust_ik.checks import Array, readonly
+from robust_ik.checks import Array, is_plain, readonly
 from robust_ik.inverses import EDLS, DampedLeastSquares, RobustInverse, SingularValueFilter, Weighted
 from robust_ik.inverses.gain_formula import GainFormula
 from robust_ik.inverses.task_equation import TaskEquation
@@ -21,8 +21,8 @@ from robust_ik.kinematics.svd import null_projector
 from robust_ik.kinematics.twist_rows import ROWS
 
 MOST_JOINTS = 16
-"""Most joints of a compiled step; robots with more are stepped in Python. As many as the compiled SVD takes,
-`jacobi_rotations.MOST_ROWS`."""
+"""Most joints of a compiled step; robots with more are stepped in Python. As many as the largest kernel,
+`step_entries.step_16`, has room for."""
 
 EXTREME = 1e30
 """Weights beyond this, or below its inverse, are left to Python, which avoids overflow."""
@@ -157,12 +157,6 @@ def _compiled(n: int) -> tuple[Step, Step, Step]:
     )
     step, beside, steps = (kernel.compiled for kernel in kernels)
     return step, beside, steps
-
-
-def is_plain(array: Any, n: int) -> bool:
-    """Whether it is an array of n contiguous doubles."""
-    good = type(array) is np.ndarray and array.dtype == np.float64 and array.shape == (n,)
-    return good and bool(array.flags.c_contiguous and array.flags.aligned)
 
 
 def _half_compiled(inverse: SingularValueFilter, size: tuple[int, int, int], joints: Array | None) -> tuple[Step, Step]:

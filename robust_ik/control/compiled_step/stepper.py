@@ -9,7 +9,7 @@ from typing import Any, NoReturn
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.checks import Array, as_array
+from robust_ik.checks import Array, as_array, checked_out
 from robust_ik.checks.public_arguments import check_type
 from robust_ik.control.compiled_step.step_program import Program
 from robust_ik.control.length_scale import chosen_length_scale, in_units
@@ -153,7 +153,7 @@ class Stepper:
         beside = np.empty((0, size.n)) if secondary is None else as_array(secondary, "secondary", (size.n,))
         if secondary is not None and beside.shape != (len(q), size.n):
             raise InputError(f"secondary must have shape ({len(q)}, {size.n}), got {beside.shape}")
-        out = np.empty((len(q), size.n)) if out is None else _checked_out(out, (len(q), size.n))
+        out = np.empty((len(q), size.n)) if out is None else checked_out(out, (len(q), size.n))
         overlaps = any(np.may_share_memory(out, each) for each in (q, twists, beside))
         q, twists, beside = ((np.array if overlaps else np.ascontiguousarray)(each) for each in (q, twists, beside))
         share = -(-len(q) // (int(threads) * SIDE_BY_SIDE)) * SIDE_BY_SIDE
@@ -181,7 +181,7 @@ class Stepper:
         for name, array in zip(("q", "twist", "secondary"), given):
             if array.ndim != 1:
                 raise InputError(f"step takes one {name}, got shape {array.shape}; steps takes many")
-        _checked_out(out, (size.n,))
+        checked_out(out, (size.n,))
         given = [np.array(each, dtype=float) for each in given]
         make = size.step if secondary is None else size.step_beside
         status = make(self._setup, *given, out.view(np.ndarray))
@@ -216,11 +216,3 @@ def _again(
     length_scale: float,
 ) -> Stepper:
     return Stepper(robot, inverse, frame=frame, reference=reference, rows=rows, length_scale=length_scale)
-
-
-def _checked_out(out: Array, shape: tuple[int, ...]) -> Array:
-    good = isinstance(out, np.ndarray) and out.dtype == np.float64 and out.shape == shape
-    if not (good and out.flags.carray):
-        what = f"{out.dtype} of shape {out.shape}" if isinstance(out, np.ndarray) else repr(out)
-        raise InputError(f"out must be a writable, contiguous, aligned array of doubles of shape {shape}, got {what}")
-    return out

@@ -94,6 +94,11 @@ class PriorityResolver(InverseResolver):
         object.__setattr__(begun, "_eased", tuple(Eased(self.limiter, dt) for _ in range(MAX_MEMORIES)))
         return begun
 
+    @property
+    def eased(self) -> tuple[Eased, ...]:
+        """The limiters of the levels of a run, with their memory; none for a limiter that stops no level."""
+        return self._eased
+
     def _limiter_of(self, level: int) -> Limiter:
         """The limiter of a level, from 0."""
         return self._eased[level] if level < len(self._eased) else self.limiter

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import abc
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, ClassVar
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, checked_parameter
 from robust_ik.control.bounds import Bounds
+from robust_ik.errors import InputError
 from robust_ik.inverses.task_equation import TaskEquation
 from robust_ik.robot.robot import Robot
 
 if TYPE_CHECKING:
     from robust_ik.control.limits import Limit
+    from robust_ik.control.tasks.compiled_form import CompiledForm, Numbers
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +57,35 @@ class Task(abc.ABC):
         """Stores checked values in place of the given ones, while the task is made."""
         for name, value in values.items():
             object.__setattr__(self, name, value)
+
+    structural: ClassVar[tuple[str, ...]] = ()
+    """Names of the attributes that `form` depends on."""
+
+    def form(self, robot: Robot) -> CompiledForm | None:  # noqa: ARG002
+        """How the task is written down for compiled code; None, as for your own tasks, to take rows from `equation`.
+
+        Compiled code takes a form only from the class that defines it, not from one that derives from that class.
+
+        Args:
+            robot: The robot.
+
+        Raises:
+            FrameNotFoundError: The robot has no frame or joint of that name.
+            InputError: The task does not fit the robot.
+        """
+        return None
+
+    numbers: ClassVar[dict[str, Numbers]] = {}
+    """Attributes that may change from step to step, and where compiled code has them in the task's record."""
+
+    def number(self, name: str, robot: Robot) -> Any:  # noqa: ARG002
+        """The value of an attribute of `numbers` as compiled code takes it."""
+        value = getattr(self, name)
+        return math.inf if value is None else value
+
+    def with_numbers(self, robot: Robot, given: dict[str, Any]) -> Task:  # noqa: ARG002
+        """The task with other values of `numbers`, as compiled code has them."""
+        return replace(self, **given)
 
     def begin(self, robot: Robot, limits: Sequence[Limit]) -> Drive | None:  # noqa: ARG002
         """The drive of this task for one run of a controller; None if nothing is remembered, as for most tasks.
@@ -119,3 +152,22 @@ class Drive(abc.ABC):
             qdot: The joint velocities of the step, (n,).
         """
         return 1.0
+
+
+def checked_equation(task: Task, equation: TaskEquation, robot: Robot) -> TaskEquation:
+    """The equation of a task, checked since it may be the user's own.
+
+    Raises:
+        InputError: Shapes do not fit, or something is NaN or infinite.
+    """
+    m, n = len(equation.xdot), robot.n
+    arrays = {"J": (equation.J, (m, n)), "xdot": (equation.xdot, (m,)), "error": (equation.error, (m,))}
+    if equation.hessian is not None:
+        arrays["hessian"] = equation.hessian, (m, n, n)
+    for name, (array, shape) in arrays.items():
+        if array.shape != shape or not np.isfinite(array).all():
+            raise InputError(
+                f"{name} of {type(task).__name__} must be finite and of shape {shape}, got shape {array.shape}"
+                f"{'' if np.isfinite(array).all() else ' with NaN or infinity'}"
+            )
+    return equation

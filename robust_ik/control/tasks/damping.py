@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.control.tasks.base import Task
+from robust_ik.control.tasks.compiled_form import CompiledForm, Numbers, joint_form
 from robust_ik.control.tasks.posture import joint_equation
 from robust_ik.control.tasks.task_arguments import checked_joints, joint_indices
 from robust_ik.inverses.task_equation import TaskEquation
+from robust_ik.kernels.control import control_layout as slots
 from robust_ik.robot.robot import Robot
 
 
@@ -30,6 +33,13 @@ class DampingTask(Task):
     def __post_init__(self) -> None:
         super().__post_init__()
         self._store(joints=checked_joints(self.joints))
+
+    structural = ("joints",)
+    numbers: ClassVar[dict[str, Numbers]] = {"weight": Numbers(slots.WEIGHT)}
+
+    def form(self, robot: Robot) -> CompiledForm:
+        """See `Task.form`."""
+        return joint_form(joint_indices(robot, self.joints), slots.AT_REST)
 
     def equation(self, robot: Robot, q: ArrayLike, *, hessian: bool = False) -> TaskEquation:  # noqa: ARG002
         """J q̇ = 0, for any q; see `Task.equation`."""

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, checked_cap, checked_parameter, readonly
 from robust_ik.control.tasks.base import Task
+from robust_ik.control.tasks.compiled_form import CompiledForm, Numbers, direction_form
 from robust_ik.control.tasks.pose_difference import perpendicular, swing
 from robust_ik.control.tasks.pose_feedback import capped
 from robust_ik.control.tasks.task_arguments import checked_frame, one_configuration, one_vector
 from robust_ik.errors import InputError
 from robust_ik.inverses.task_equation import TaskEquation
+from robust_ik.kernels.control import control_layout as slots
 from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.robot.robot import Robot
 
@@ -50,6 +53,19 @@ class DirectionTask(Task):
             gain=checked_parameter("gain", self.gain, above=0),
             max_angular=checked_cap("max_angular", self.max_angular),
         )
+
+    structural = ("frame",)
+    numbers: ClassVar[dict[str, Numbers]] = {
+        "weight": Numbers(slots.WEIGHT),
+        "gain": Numbers(slots.GAIN_OF),
+        "max_angular": Numbers(slots.ANGULAR),
+        "axis": Numbers(slots.AXIS, (3,)),
+        "direction": Numbers(slots.TOWARDS, (3,)),
+    }
+
+    def form(self, robot: Robot) -> CompiledForm:  # noqa: ARG002
+        """See `Task.form`."""
+        return direction_form(self.frame)
 
     def equation(self, robot: Robot, q: ArrayLike, *, hessian: bool = False) -> TaskEquation:
         """J q̇ = ẋ at q; see `Task.equation`."""

@@ -5,16 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, as_measures, checked_cap, checked_parameter
 from robust_ik.control.tasks.base import Task
+from robust_ik.control.tasks.compiled_form import CompiledForm, Numbers, joint_form
 from robust_ik.control.tasks.posture import joint_equation
 from robust_ik.control.tasks.task_arguments import checked_joints, joint_indices, one_configuration, one_vector
 from robust_ik.errors import InputError
 from robust_ik.inverses.task_equation import TaskEquation
+from robust_ik.kernels.control import control_layout as slots
 from robust_ik.robot.robot import Robot
 
 
@@ -51,6 +54,18 @@ class JointTask(Task):
             gain=checked_parameter("gain", self.gain, above=0),
             max_speed=checked_cap("max_speed", self.max_speed),
         )
+
+    structural = ("joints",)
+    numbers: ClassVar[dict[str, Numbers]] = {
+        "weight": Numbers(slots.WEIGHT),
+        "gain": Numbers(slots.GAIN_OF),
+        "max_speed": Numbers(slots.FASTEST),
+        "target": Numbers(slots.ENTRIES + slots.FROM, None),
+    }
+
+    def form(self, robot: Robot) -> CompiledForm:
+        """See `Task.form`."""
+        return joint_form(joint_indices(robot, tuple(self.joints)), slots.TO_VALUE)
 
     def equation(self, robot: Robot, q: ArrayLike, *, hessian: bool = False) -> TaskEquation:
         """J q̇ = ẋ at q; see `Task.equation`."""

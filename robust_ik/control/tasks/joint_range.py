@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from robust_ik.checks import checked_cap, checked_parameter
+from robust_ik.checks import Array, checked_cap, checked_parameter
 from robust_ik.control.tasks.base import Task
+from robust_ik.control.tasks.compiled_form import CompiledForm, Numbers, entries_of, joint_form
 from robust_ik.control.tasks.posture import joint_equation
 from robust_ik.control.tasks.task_arguments import checked_joints, joint_indices, one_configuration
 from robust_ik.inverses.task_equation import TaskEquation
+from robust_ik.kernels.control import control_layout as slots
 from robust_ik.robot.robot import Robot
 
 
@@ -50,13 +53,31 @@ class JointRangeTask(Task):
             joints=checked_joints(self.joints),
         )
 
+    structural = ("joints", "margin")
+    numbers: ClassVar[dict[str, Numbers]] = {
+        "weight": Numbers(slots.WEIGHT),
+        "gain": Numbers(slots.GAIN_OF),
+        "max_speed": Numbers(slots.FASTEST),
+    }
+
+    def form(self, robot: Robot) -> CompiledForm:
+        """See `Task.form`."""
+        kept = joint_indices(robot, self.joints)
+        made = joint_form(kept, slots.TO_RANGE)
+        entries_of(made.record)[:, slots.FROM], entries_of(made.record)[:, slots.TO] = self._inner(robot, kept)
+        return made
+
+    def _inner(self, robot: Robot, kept: NDArray[np.intp]) -> tuple[Array, Array]:
+        """The ends of the inner ranges of some joints, infinite without two finite limits."""
+        lower, upper = robot.lower[kept], robot.upper[kept]
+        ends = np.isfinite(lower) & np.isfinite(upper)
+        edge = self.margin * np.where(ends, upper - lower, 0.0)
+        return np.where(ends, lower + edge, -np.inf), np.where(ends, upper - edge, np.inf)
+
     def equation(self, robot: Robot, q: ArrayLike, *, hessian: bool = False) -> TaskEquation:
         """J q̇ = ẋ at q; see `Task.equation`."""
         kept = joint_indices(robot, self.joints)
-        values, lower, upper = robot.joint_values(one_configuration(q))[kept], robot.lower[kept], robot.upper[kept]
-        ends = np.isfinite(lower) & np.isfinite(upper)
-        edge = self.margin * np.where(ends, upper - lower, 0.0)
-        inner = np.clip(values, np.where(ends, lower + edge, -np.inf), np.where(ends, upper - edge, np.inf))
-        error = inner - values
+        values = robot.joint_values(one_configuration(q))[kept]
+        error = np.clip(values, *self._inner(robot, kept)) - values
         xdot = np.clip(self.gain * error, -self.max_speed, self.max_speed)
         return joint_equation(robot, kept, xdot, error, hessian=hessian, weight=self.weight)

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import abc
 from dataclasses import dataclass, field
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, checked_parameter
 from robust_ik.control.tasks.base import Task
+from robust_ik.control.tasks.compiled_form import Numbers
 from robust_ik.control.tasks.task_arguments import checked_frame, checked_selection, one_configuration, task_rows
 from robust_ik.inverses.task_equation import TaskEquation
+from robust_ik.kernels.control import control_layout as slots
 from robust_ik.robot.robot import Robot
 
 FADE = 0.1
@@ -60,6 +63,13 @@ class ClimbingTask(Task):
     frame: str | None = None
     rows: tuple[str, ...] | None = field(default=None, kw_only=True)
 
+    numbers: ClassVar[dict[str, Numbers]] = {
+        "weight": Numbers(slots.WEIGHT),
+        "gain": Numbers(slots.GAIN_OF),
+        "max_speed": Numbers(slots.TOP_SPEED),
+        "threshold": Numbers(slots.THRESHOLD),
+    }
+
     def __post_init__(self) -> None:
         super().__post_init__()
         checked_frame("frame", self.frame)
@@ -70,6 +80,11 @@ class ClimbingTask(Task):
             max_speed=checked_parameter("max_speed", self.max_speed, above=0),
             rows=checked_selection(self.rows),
         )
+
+    def with_numbers(self, robot: Robot, given: dict[str, Any]) -> Task:
+        """See `Task.with_numbers`."""
+        threshold = given["threshold"]
+        return super().with_numbers(robot, {**given, "threshold": None if threshold == np.inf else threshold})
 
     @abc.abstractmethod
     def measure(self, J: Array, hessian: Array, rows: tuple[str, ...]) -> tuple[float, Array]:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, as_measures, checked_cap, checked_parameter, checked_rigid, readonly
 from robust_ik.control.tasks.base import Task
+from robust_ik.control.tasks.compiled_form import CompiledForm, Numbers, pose_form
 from robust_ik.control.tasks.frame import AXES
 from robust_ik.control.tasks.pose_feedback import Feedback, FrameMotion
 from robust_ik.control.tasks.task_arguments import (
@@ -21,6 +23,7 @@ from robust_ik.control.tasks.task_arguments import (
 )
 from robust_ik.errors import InputError
 from robust_ik.inverses.task_equation import TaskEquation
+from robust_ik.kernels.control import control_layout as slots
 from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.robot.robot import Robot
 
@@ -60,6 +63,21 @@ class OrientationTask(Task):
             feedforward=one_vector("feedforward", self.feedforward, 3),
             rows=checked_selection(self.rows, ROWS[3:]),
         )
+
+    structural = ("frame", "rows", "reference")
+    numbers: ClassVar[dict[str, Numbers]] = {
+        "weight": Numbers(slots.WEIGHT),
+        "gain": Numbers(slots.GAIN_OF),
+        "max_angular": Numbers(slots.ANGULAR),
+        "feedforward": Numbers(slots.FORWARD + 3, (3,)),
+        "target": Numbers(slots.GOAL, (3, 3), (4, 1)),
+    }
+
+    def form(self, robot: Robot) -> CompiledForm:
+        """See `Task.form`."""
+        in_world = self.reference == "world axes"
+        rows = task_rows(robot, self.frame, self.rows, among=ROWS[3:], world_axes=in_world)
+        return pose_form(rows, self.frame, along_target=not in_world)
 
     def equation(self, robot: Robot, q: ArrayLike, *, hessian: bool = False) -> TaskEquation:
         """J q̇ = ẋ at q; see `Task.equation`."""

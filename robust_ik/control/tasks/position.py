@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, checked_cap, checked_parameter
 from robust_ik.control.tasks.base import Task
+from robust_ik.control.tasks.compiled_form import CompiledForm, Numbers, pose_form
 from robust_ik.control.tasks.pose_feedback import capped
 from robust_ik.control.tasks.task_arguments import (
     checked_frame,
@@ -21,6 +23,7 @@ from robust_ik.control.tasks.task_arguments import (
     task_rows,
 )
 from robust_ik.inverses.task_equation import TaskEquation
+from robust_ik.kernels.control import control_layout as slots
 from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.robot.robot import Robot
 
@@ -56,6 +59,19 @@ class PositionTask(Task):
             feedforward=one_vector("feedforward", self.feedforward, 3),
             rows=checked_selection(self.rows, ROWS[:3]),
         )
+
+    structural = ("frame", "rows")
+    numbers: ClassVar[dict[str, Numbers]] = {
+        "weight": Numbers(slots.WEIGHT),
+        "gain": Numbers(slots.GAIN_OF),
+        "max_linear": Numbers(slots.LINEAR),
+        "feedforward": Numbers(slots.FORWARD, (3,)),
+        "target": Numbers(slots.GOAL + 3, (3,), (4,)),
+    }
+
+    def form(self, robot: Robot) -> CompiledForm:
+        """See `Task.form`."""
+        return pose_form(task_rows(robot, self.frame, self.rows, among=ROWS[:3]), self.frame)
 
     def equation(self, robot: Robot, q: ArrayLike, *, hessian: bool = False) -> TaskEquation:
         """J q̇ = ẋ at q; see `Task.equation`."""

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robust_ik.checks import Array, checked_cap, checked_parameter
 from robust_ik.control.tasks.base import Task
+from robust_ik.control.tasks.compiled_form import CompiledForm, Numbers, joint_form
 from robust_ik.control.tasks.task_arguments import checked_joints, joint_indices, one_configuration, one_vector
 from robust_ik.errors import InputError
 from robust_ik.inverses.task_equation import TaskEquation
+from robust_ik.kernels.control import control_layout as slots
 from robust_ik.robot.robot import Robot
 
 
@@ -46,13 +49,43 @@ class PostureTask(Task):
             joints=checked_joints(self.joints),
         )
 
-    def equation(self, robot: Robot, q: ArrayLike, *, hessian: bool = False) -> TaskEquation:
-        """J q̇ = ẋ at q; see `Task.equation`."""
+    structural = ("joints",)
+    numbers: ClassVar[dict[str, Numbers]] = {
+        "weight": Numbers(slots.WEIGHT),
+        "gain": Numbers(slots.GAIN_OF),
+        "max_speed": Numbers(slots.FASTEST),
+        "target": Numbers(slots.ENTRIES + slots.FROM, None),
+    }
+
+    def form(self, robot: Robot) -> CompiledForm:
+        """See `Task.form`."""
+        return joint_form(joint_indices(robot, self.joints), slots.TO_VALUE)
+
+    def number(self, name: str, robot: Robot) -> Any:
+        """See `Task.number`: the target as values of the joints."""
+        if name != "target":
+            return getattr(self, name)
+        self._check(robot)
+        if self.joints is None and robot.nq == robot.n:
+            return self.target
+        return robot.joint_values(self.target)[joint_indices(robot, self.joints)]
+
+    def with_numbers(self, robot: Robot, given: dict[str, Any]) -> PostureTask:
+        """See `Task.with_numbers`."""
+        values = robot.joint_values(self.target)
+        values[joint_indices(robot, self.joints)] = given["target"]
+        return replace(self, **{**given, "target": robot.configuration(values)})
+
+    def _check(self, robot: Robot) -> None:
         if self.target.size != robot.nq:
             raise InputError(
                 f"target must be one configuration of {robot.name}, ({robot.nq},), got shape {self.target.shape}; "
                 f"Robot.configuration makes one from joint values, JointTask takes some joints only"
             )
+
+    def equation(self, robot: Robot, q: ArrayLike, *, hessian: bool = False) -> TaskEquation:
+        """J q̇ = ẋ at q; see `Task.equation`."""
+        self._check(robot)
         kept = joint_indices(robot, self.joints)
         one_configuration(q)
         error = robot.difference(q, self.target)[kept]

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, checked_cap, checked_parameter
 from robust_ik.control.tasks.base import Task
+from robust_ik.control.tasks.compiled_form import CompiledForm, Numbers, pose_form
 from robust_ik.control.tasks.frame import one_pose
 from robust_ik.control.tasks.pose_difference import cross
 from robust_ik.control.tasks.pose_feedback import Feedback, FrameMotion, rotated
 from robust_ik.control.tasks.task_arguments import checked_choice, checked_frame, checked_selection, one_vector
 from robust_ik.errors import InputError
 from robust_ik.inverses.task_equation import TaskEquation
+from robust_ik.kernels.control import control_layout as slots
 from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.robot.robot import Robot
 
@@ -67,6 +70,20 @@ class RelativeTask(Task):
             feedforward=one_vector("feedforward", self.feedforward, 6),
             rows=checked_selection(self.rows),
         )
+
+    structural = ("frame", "root", "rows", "reference")
+    numbers: ClassVar[dict[str, Numbers]] = {
+        "weight": Numbers(slots.WEIGHT),
+        "gain": Numbers(slots.GAIN_OF),
+        "max_linear": Numbers(slots.LINEAR),
+        "max_angular": Numbers(slots.ANGULAR),
+        "feedforward": Numbers(slots.FORWARD, (6,)),
+        "target": Numbers(slots.GOAL, (4, 4), (4, 1)),
+    }
+
+    def form(self, robot: Robot) -> CompiledForm:  # noqa: ARG002
+        """See `Task.form`."""
+        return pose_form(self.rows or ROWS, self.frame, self.root, along_target=self.reference == "target")
 
     def equation(self, robot: Robot, q: ArrayLike, *, hessian: bool = False) -> TaskEquation:
         """J q̇ = ẋ at q; see `Task.equation`."""

@@ -8,9 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, checked_parameter
+from robust_ik.control.tasks.compiled_form import CompiledForm, climbing_form
 from robust_ik.control.tasks.measure_climbing import ClimbingTask
+from robust_ik.control.tasks.task_arguments import task_rows
 from robust_ik.errors import InputError
 from robust_ik.inverses.task_equation import TaskEquation
+from robust_ik.kernels.control import control_layout as slots
 from robust_ik.kinematics.singular_value_gradients import singular_value_gradients
 from robust_ik.kinematics.svd import RANK_TOLERANCE, svd
 from robust_ik.kinematics.twist_rows import ROWS
@@ -46,6 +49,13 @@ class SingularValueTask(ClimbingTask):
             raise InputError(f"index must be a whole number, got {self.index!r}")
         if self.length_scale is not None:
             self._store(length_scale=checked_parameter("length_scale", self.length_scale, above=0))
+
+    structural = ("frame", "rows", "index", "length_scale")
+
+    def form(self, robot: Robot) -> CompiledForm:
+        """See `Task.form`."""
+        rows, scale = task_rows(robot, self.frame, self.rows), self.length_scale or robot.length_scale
+        return climbing_form(rows, self.frame, slots.OF_SIGMA, self.index, scale, robot.n)
 
     def equation(self, robot: Robot, q: ArrayLike, *, hessian: bool = False) -> TaskEquation:
         """J q̇ = ẋ at q; see `ClimbingTask.equation`."""

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array
 from robust_ik.control.tasks.base import Task
+from robust_ik.control.tasks.compiled_form import CompiledForm, Numbers, twist_form
 from robust_ik.control.tasks.task_arguments import (
     checked_choice,
     checked_frame,
@@ -21,6 +22,7 @@ from robust_ik.control.tasks.task_arguments import (
     task_rows,
 )
 from robust_ik.inverses.task_equation import TaskEquation
+from robust_ik.kernels.control import control_layout as slots
 from robust_ik.robot.robot import Robot
 
 REFERENCES = ("local_world_aligned", "local")
@@ -49,6 +51,15 @@ class TwistTask(Task):
         checked_frame("frame", self.frame)
         checked_choice("reference", self.reference, REFERENCES)
         self._store(twist=one_vector("twist", self.twist, 6), rows=checked_selection(self.rows))
+
+    structural = ("frame", "rows", "reference")
+    numbers: ClassVar[dict[str, Numbers]] = {"weight": Numbers(slots.WEIGHT), "twist": Numbers(slots.FORWARD, (6,))}
+
+    def form(self, robot: Robot) -> CompiledForm:
+        """See `Task.form`."""
+        in_world = self.reference == "local_world_aligned"
+        rows = task_rows(robot, self.frame, self.rows, world_axes=in_world)
+        return twist_form(rows, self.frame, along_frame=not in_world)
 
     def equation(self, robot: Robot, q: ArrayLike, *, hessian: bool = False) -> TaskEquation:
         """J q̇ = ẋ at q; see `Task.equation`."""

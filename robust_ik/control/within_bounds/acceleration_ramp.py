@@ -17,6 +17,9 @@ from robust_ik.control.within_bounds.level_fit import Wish, slowed
 from robust_ik.control.within_bounds.limiters import Limiter
 from robust_ik.control.within_bounds.null_space import Freedom, Reduced
 
+EVEN = 1 + 1e-12
+"""A change that leaves more than another by no more than this factor leaves as much, for rounding."""
+
 
 def ramped(
     aims: Sequence[Array], bounds: Bounds, limiter: Limiter, reduced: Sequence[Reduced]
@@ -64,4 +67,4 @@ def _nearer(qdot: Array, change: Array, way: Array, level: Reduced, bounds: Boun
     each = np.clip(qdot + way, bounds.lower, bounds.upper) - qdot
     each = bounds.largest_step(qdot, each) * each
     missing = [float(np.linalg.norm(level.taken @ (way - tried))) for tried in (change, each)]
-    return each if missing[1] < missing[0] else change
+    return each if missing[1] <= missing[0] * EVEN else change

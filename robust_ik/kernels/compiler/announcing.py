@@ -20,7 +20,8 @@ WHAT = {
     "levenberg_marquardt": "the search for singular configurations",
     "start_table": "the pose solver's table of starts",
     "pose_search": "the pose solver",
-    "step_entries": "the control step",
+    "step_entries": "the velocity step",
+    "control_entries": "the control step within limits",
 }
 """The purpose of each module of kernels, in the words of the announcement."""
 
@@ -30,7 +31,8 @@ SECONDS = {
     "small_svd.values_8": 4, "small_svd.values_16": 5, "levenberg_marquardt.steps": 1, "start_table.fill_table": 13,
     "pose_search.solve_one": 21, "pose_search.solve_many": 10, "step_entries.step_8": 5, "step_entries.step_16": 5,
     "step_entries.beside_8": 5, "step_entries.beside_16": 5, "step_entries.factor_8": 3, "step_entries.factor_16": 3,
-    "step_entries.steps_8": 9, "step_entries.steps_16": 10,
+    "step_entries.steps_8": 9, "step_entries.steps_16": 10, "control_entries.control_8": 19,
+    "control_entries.control_16": 20, "control_entries.control_32": 25,
 }  # fmt: skip
 """CPU seconds that a kernel takes to compile on one core, as `python -m benchmarks.compile_time` measures them."""
 

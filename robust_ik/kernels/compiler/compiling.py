@@ -14,16 +14,18 @@ from numba import types
 from numba.core.ccallback import CFunc
 from numba.core.compiler_lock import global_compiler_lock
 
+from robust_ik.kernels.compiler.helper_libraries import helpers_only_linked
 from robust_ik.kernels.compiler.kernel_store import Store
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
+HELPER: dict[str, Any] = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
 def inlined(function: Function) -> Function:
     """A helper that is compiled into each function that calls it."""
-    jitted: Function = numba.njit(inline="always", **OPTIONS)(function)
+    jitted: Function = numba.njit(inline="always", **HELPER)(function)
     return jitted
 
 
@@ -109,7 +111,8 @@ def compiled(function: Callable[..., Any], arguments: tuple[Any, ...]) -> Callab
     brief = HANDLE in arguments
     dispatcher = numba.njit(**{**OPTIONS, "nogil": not brief})(function)
     _keep(dispatcher, function)
-    dispatcher.compile(arguments)
+    with helpers_only_linked(function.__qualname__):
+        dispatcher.compile(arguments)
     dispatcher.disable_compile()
     if brief:
         return dispatcher.overloads[arguments].entry_point  # type: ignore[no-any-return]
@@ -132,5 +135,5 @@ def callback(function: Callable[..., Any], signature: Any) -> Any:
 
 def called(function: Function) -> Function:
     """A helper that is too large to be compiled into every function that calls it."""
-    jitted: Function = numba.njit(**OPTIONS)(function)
+    jitted: Function = numba.njit(**HELPER)(function)
     return jitted

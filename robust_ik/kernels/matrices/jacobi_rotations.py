@@ -19,8 +19,8 @@ from robust_ik.kernels.compiler.compiling import called
 from robust_ik.kernels.compiler.simd_lanes import LANES, Number, folded, root, size, somewhere, where
 from robust_ik.kernels.compiler.stack_memory import Pointer, Sizes, by_eights
 
-MOST_ROWS = 16
-"""Most rows of a matrix. Chosen: more than arms have joints; kernels for more would take longer to compile."""
+MOST_ROWS = 32
+"""Most rows of a matrix. Chosen: as many as two arms, a torso and a head have joints."""
 SWEEPS = 40
 """Most sweeps, in case rounding keeps rows turning.
 
@@ -47,17 +47,10 @@ def _tournament(count: int) -> list[list[tuple[int, int]]]:
     return rounds
 
 
-PAIRS = MOST_ROWS * (MOST_ROWS - 1) // 2
-"""Pairs of MOST_ROWS rows: the size of the schedule for each number of rows."""
-
-
 def _schedule() -> tuple[np.ndarray, np.ndarray]:
-    first = np.zeros((MOST_ROWS + 1) * PAIRS, dtype=np.int64)
-    second = first.copy()
-    for count in range(2, MOST_ROWS + 1):
-        pairs = [pair for each in _tournament(count) for pair in each]
-        begin = count * PAIRS
-        first[begin : begin + len(pairs)], second[begin : begin + len(pairs)] = np.transpose(pairs)
+    """First and second rows of the pairs of 2 rows, of 3, and so on: those of m rows begin at m (m − 1) (m − 2)/6."""
+    pairs = [pair for count in range(2, MOST_ROWS + 1) for each in _tournament(count) for pair in each]
+    first, second = np.ascontiguousarray(np.transpose(pairs), dtype=np.int8)  # others would be taken by address
     return first, second
 
 
@@ -136,7 +129,7 @@ def orthogonalise(
             not rotated; ALL to rotate all rows.
         zero: 0 of the kind of number that A holds.
     """
-    first = m * PAIRS
+    first = m * (m - 1) * (m - 2) // 6
     pairs = m * (m - 1) // 2
     going = zero + 1.0
     for _ in range(SWEEPS):
@@ -147,7 +140,7 @@ def orthogonalise(
         limit = floor * limit
         worst = zero
         for pair in range(first, first + pairs):
-            i, j = FIRST[pair], SECOND[pair]
+            i, j = int(FIRST[pair]), int(SECOND[pair])
             # Rounding may make the rest of a row negative.
             g, a, b = dot(A, i, j, width), where(norms[i] > 0.0, norms[i], zero), where(norms[j] > 0.0, norms[j], zero)
             # Where squares could underflow, all are scaled up: rotations depend on ratios only.

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 
-from robust_ik.checks import Array
 from robust_ik.kernels.compiler.compiling import called, inlined
 from robust_ik.kernels.compiler.stack_memory import ONE, Pointer, Sizes, by_eights, stack
 
@@ -22,14 +21,14 @@ SMALL = 1e-200
 
 
 @called
-def uneven(J: Array, e: int, along_columns: bool) -> bool:
-    """Whether the columns of J[e] (else its rows) are of very different sizes; zero ones do not count."""
-    outer, inner = (J.shape[2], J.shape[1]) if along_columns else (J.shape[1], J.shape[2])
+def uneven(J: Pointer, m: int, n: int, along_columns: bool) -> bool:
+    """Whether the columns of J, (m, n), else its rows, are of very different sizes; zero ones do not count."""
+    outer, inner = (n, m) if along_columns else (m, n)
     least, most = math.inf, 0.0
     for c in range(outer):
         largest = 0.0
         for r in range(inner):
-            largest = max(largest, abs(J[e, r, c] if along_columns else J[e, c, r]))
+            largest = max(largest, abs(J[r * n + c] if along_columns else J[c * n + r]))
         if largest > 0.0:
             least, most = min(least, largest), max(most, largest)
     return most > UNEVEN * least

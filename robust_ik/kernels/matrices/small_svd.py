@@ -16,14 +16,14 @@ from robust_ik.kernels.compiler.stack_memory import (
     Sizes,
     by_eights,
     each_lane,
+    further,
     lanes_of,
+    pointer,
     stack,
 )
-from robust_ik.kernels.matrices.jacobi_rotations import ALL, MOST_ROWS, dot, orthogonalise
+from robust_ik.kernels.matrices.jacobi_rotations import ALL, dot, orthogonalise
 from robust_ik.kernels.matrices.row_reflections import triangulate, uneven
 
-MOST = MOST_ROWS
-"""Most rows and columns of a matrix."""
 TINY = 1e-280
 """Squared length below which the length of a row is computed anew, since its squares may have underflowed."""
 SKEW = 1e-12
@@ -97,31 +97,53 @@ def add_row(rows: Pointer, r: int, factor: float, i: int, width: Sizes) -> None:
 
 
 @inlined
-def write(target: Array, rows: Pointer, transposed: bool, width: Sizes) -> None:
-    """Copies rows into an array, or into its columns if `transposed`."""
+def write(target: Pointer, height: int, breadth: int, rows: Pointer, transposed: bool, width: Sizes) -> None:
+    """Copies rows into a matrix, or into its columns if `transposed`."""
     P = len(width)
-    for r in range(target.shape[0]):
-        for c in range(target.shape[1]):
-            target[r, c] = rows[c * P + r] if transposed else rows[r * P + c]
+    for r in range(height):
+        for c in range(breadth):
+            target[r * breadth + c] = rows[c * P + r] if transposed else rows[r * P + c]
 
 
 @called
-def scale(J: Array, e: int) -> float:
-    """The power of two by which J[e] is divided to have entries of at most 1."""
+def scale(J: Pointer, size: int) -> float:
+    """The power of two by which a matrix of `size` entries is divided to have entries of at most 1."""
     largest = 0.0
-    for i in range(J.shape[1]):
-        for c in range(J.shape[2]):
-            largest = max(largest, abs(J[e, i, c]))
+    for i in range(size):
+        largest = max(largest, abs(J[i]))
     return math.ldexp(1.0, max(min(math.frexp(largest)[1], 1000), -1000)) if largest > 0.0 else 1.0
 
 
 @called
 def decompose_some(
-    J: Array, U: Array, s: Array, Vt: Array, begin: int, count: int, width: Sizes, carried: Sizes, zero: Number
+    J: Pointer,
+    U: Pointer,
+    s: Pointer,
+    Vt: Pointer,
+    m: int,
+    n: int,
+    right: int,
+    count: int,
+    width: Sizes,
+    carried: Sizes,
+    zero: Number,
 ) -> bool:
-    """Decomposes J[begin : begin + count], at most as many as a Number has lanes; False if not all is finite."""
+    """Decomposes `count` matrices, at most as many as a Number has lanes; False if not all is finite.
+
+    Args:
+        J: Matrices (m, n), one after another.
+        U: Filled, (m, k) each, k = min(m, n).
+        s: Filled, (k,) each.
+        Vt: Filled, (right, n) each; `right` is k or n.
+        m: Number of rows.
+        n: Number of columns.
+        right: How many right singular vectors to compute.
+        count: How many matrices.
+        width: At least as long as the matrices are wide and high.
+        carried: As `width` for vectors; NONE for values alone.
+        zero: 0 of one number, or of lanes.
+    """
     L, P, Q = lanes_of(zero), len(width), len(carried)
-    m, n = J.shape[1], J.shape[2]
     wide = m <= n
     k, long = min(m, n), max(m, n)
     rows, along, norms = stack(zero, width, width), stack(zero, width, carried), stack(zero, ONE, width)
@@ -133,20 +155,20 @@ def decompose_some(
     for x in range(k * Q):
         along[x] = zero
     for lane in range(count):
-        factors[lane] = scale(J, begin + lane)
+        given = further(J, lane * m * n)
+        factors[lane] = scale(given, m * n)
         divisor = 1.0 / factors[lane]
         for i in range(m):
             for c in range(n):
-                A[(i * P + c if wide else c * P + i) * L + lane] = J[begin + lane, i, c] * divisor
-                spoilt += J[begin + lane, i, c] * 0.0
+                A[(i * P + c if wide else c * P + i) * L + lane] = given[i * n + c] * divisor
+                spoilt += given[i * n + c] * 0.0
     if Q > 0:
         for i in range(k):
             along[i * Q + i] = zero + 1.0
-    if L == 1 and uneven(J, begin, wide):
+    if L == 1 and uneven(J, m, n, wide):
         triangulate(A, C, k, long, width, carried)
     orthogonalise(rows, along, k, width, carried, norms, ALL, zero)
     for lane in range(count):
-        e = begin + lane
         for i in range(k):
             size = length(A, i, lane, squares[i * L + lane], width, L)
             sigma[i] = size if size >= SMALLEST else 0.0
@@ -154,19 +176,26 @@ def decompose_some(
         for place in range(k):
             value = sigma[int(order[place])] * factors[lane]
             spoilt += value * 0.0
-            s[e, place] = value if value >= SMALLEST else 0.0
+            s[lane * k + place] = value if value >= SMALLEST else 0.0
         if Q > 0:
             for place in range(known):
                 i = int(order[place])
                 for c in range(P):
                     vectors[place * P + c] = A[(i * P + c) * L + lane] / sigma[i]
-            complete(vectors, orthonormal(vectors, known, width), max(k, Vt.shape[1]), long, width)
-            write(Vt[e] if wide else U[e], vectors, not wide, width)
+            complete(vectors, orthonormal(vectors, known, width), max(k, right), long, width)
+            left_place, right_place = further(U, lane * m * k), further(Vt, lane * right * n)
+            if wide:
+                write(right_place, right, n, vectors, False, width)
+            else:
+                write(left_place, m, k, vectors, True, width)
             for place in range(k):
                 i = int(order[place])
                 for c in range(k):
                     vectors[place * P + c] = C[(i * Q + c) * L + lane]
-            write(U[e] if wide else Vt[e], vectors, wide, width)
+            if wide:
+                write(left_place, m, k, vectors, True, width)
+            else:
+                write(right_place, right, n, vectors, False, width)
     return not math.isnan(spoilt)
 
 
@@ -187,16 +216,27 @@ def sort(sigma: Pointer, order: Pointer, k: int) -> int:
 @inlined
 def decompose(J: Array, U: Array, s: Array, Vt: Array, width: Sizes, carried: Sizes) -> bool:
     """Decomposes every J, side by side if there are several; False if not all is finite."""
-    begin, count, good = 0, len(J), True
+    begin, count, good, m, n = 0, len(J), True, J.shape[1], J.shape[2]
+    k, right = min(m, n), Vt.shape[1]
+    from_J, to_U, to_s, to_Vt = pointer(J), pointer(U), pointer(s), pointer(Vt)
     while count - begin >= TOGETHER:
         some = min(COUNT, count - begin)
-        good &= decompose_some(J, U, s, Vt, begin, some, width, carried, spread(0.0))
+        good &= decompose_some(
+            further(from_J, begin * m * n), further(to_U, begin * m * k), further(to_s, begin * k),
+            further(to_Vt, begin * right * n), m, n, right, some, width, carried, spread(0.0),
+        )  # fmt: skip
         for e in range(begin, begin + some):
-            if uneven(J, e, J.shape[1] <= J.shape[2]):
-                decompose_some(J, U, s, Vt, e, 1, width, carried, 0.0)
+            if uneven(further(from_J, e * m * n), m, n, m <= n):
+                decompose_some(
+                    further(from_J, e * m * n), further(to_U, e * m * k), further(to_s, e * k),
+                    further(to_Vt, e * right * n), m, n, right, 1, width, carried, 0.0,
+                )  # fmt: skip
         begin += some
     for e in range(begin, count):
-        good &= decompose_some(J, U, s, Vt, e, 1, width, carried, 0.0)
+        good &= decompose_some(
+            further(from_J, e * m * n), further(to_U, e * m * k), further(to_s, e * k),
+            further(to_Vt, e * right * n), m, n, right, 1, width, carried, 0.0,
+        )  # fmt: skip
     return good
 
 

@@ -1,0 +1,1 @@
+"""A controller's step in compiled code: rows of tasks, bounds of limits, and the walk down the levels."""

@@ -1,0 +1,181 @@
+"""Makes the steps of one controller in compiled code where that is possible: the rest is left to NumPy."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robust_ik.checks import Array, checked_parameter
+from robust_ik.control.bounds import Bounds
+from robust_ik.control.compiled_loop.control_program import ControlProgram, Snapshot, fits, form_of
+from robust_ik.control.compiled_loop.level_walk import walks
+from robust_ik.control.limits import CollisionLimit, JointLimits, Limit
+from robust_ik.control.resolution import LazyResolution, Resolution
+from robust_ik.control.resolvers import PriorityResolver, Resolver
+from robust_ik.control.scaled_levels import Units
+from robust_ik.control.tasks import Levels, Task
+from robust_ik.control.tasks.base import checked_equation
+from robust_ik.control.tasks.compiled_form import CompiledForm, given_form
+from robust_ik.inverses.task_equation import TaskEquation
+from robust_ik.kernels.control.control_layout import DONE
+from robust_ik.robot.robot import Robot
+
+KEPT = 4
+"""Most programs that are kept, for stacks whose structure changes back and forth."""
+ATTEMPTS = 4
+"""Most times that a step is resolved until limits hold at its end; then NumPy goes on."""
+ROOM = 64
+"""Room for rows of bounds at first; more is made when it is needed. Chosen: arms near obstacles have up to a few dozen.
+"""
+
+
+class CompiledSteps:
+    """The compiled steps of one controller.
+
+    Attributes:
+        robot: The robot.
+        limits: The controller's limits, the strongest first.
+        units: The controller's units.
+    """
+
+    def __init__(self, robot: Robot, limits: Sequence[Limit], units: Units) -> None:
+        self.robot, self.limits, self.units = robot, tuple(limits), units
+        first = self.limits[0] if self.limits else None
+        others = self.limits[1:] if type(first) is JointLimits else self.limits
+        self._of_rows = all(type(each) is CollisionLimit for each in others)
+        self._joint = first if type(first) is JointLimits and self._of_rows else None
+        self._others = others if self._joint is not None else self.limits
+        self._watching = [limit for limit in self.limits if type(limit).tightened is not Limit.tightened]
+        self._room = ROOM if self._others else 0
+        self._programs: list[ControlProgram] = []
+
+    @property
+    def asks_outside(self) -> bool:
+        """Whether bounds have to be computed outside of compiled code."""
+        return bool(self._others)
+
+    @property
+    def watches(self) -> bool:
+        """Whether a limit looks at where a step ends."""
+        return bool(self._watching)
+
+    def forget(self) -> None:
+        """Drops all programs, since a new run begins."""
+        self._programs = []
+
+    def step(self, q: Array, levels: Levels, dt: float, resolver: Resolver, previous: Array) -> Resolution | None:
+        """A step, as `VelocityController.step`; None if NumPy has to make it, or to say what is wrong.
+
+        Args:
+            q: Configuration, (nq,).
+            levels: The stack.
+            dt: Length of the step, s.
+            resolver: The resolver, begun for the run.
+            previous: The last velocities, (n,).
+        """
+        program = self.program(q, levels, dt, resolver)
+        if program is None or (program.given and not self._given(program, q)):
+            return None
+        out, rows = np.empty(self.robot.n), None
+        if self._others:
+            rows = self._bounds(self._others, q, previous, dt)
+            if len(rows.floor) > program.room:
+                self._room = 2 * len(rows.floor)
+                self.forget()
+                return None
+        if rows is None:
+            program.begin(previous)
+            if program.step(q, out) != DONE:
+                return None
+            program.keep()
+        elif not self._within_rows(program, q, out, rows, previous):
+            return None
+        out.flags.writeable = False
+        return LazyResolution.of(out, partial(self.report, program.snapshot(), rows))
+
+    def program(self, q: ArrayLike, levels: Levels, dt: float, resolver: Resolver) -> ControlProgram | None:
+        """The program of a stack with its present tasks; None if it has none."""
+        for program in self._programs:
+            if program.resolver is resolver and program.takes(levels, dt):
+                return program
+        if not isinstance(resolver, PriorityResolver) or not walks(resolver) or resolver.needs_hessian:
+            return None
+        if not all(type(task).begin is Task.begin for level in levels for task in level):
+            return None
+        dt = checked_parameter("dt", dt, above=0)
+        forms = [[self._form(task, q) for task in level] for level in levels]
+        if self._joint is not None:
+            self._joint.bounds(self.robot, np.asarray(q, dtype=float), np.zeros(self.robot.n), dt)
+        if not fits(self.robot, forms):
+            return None
+        program = ControlProgram(
+            self.robot, resolver, levels, dt, limits=self._joint, units=self.units, forms=forms, room=self._room
+        )
+        self._programs = [program, *self._programs[: KEPT - 1]]
+        return program
+
+    def _form(self, task: Task, q: ArrayLike) -> CompiledForm:
+        """The form of a task; without one of its own, that of as many rows as its equation has."""
+        return form_of(task, self.robot) or given_form(len(self._equation(task, q).xdot))
+
+    def _equation(self, task: Task, q: ArrayLike) -> TaskEquation:
+        return checked_equation(task, task.equation(self.robot, q), self.robot)
+
+    def _given(self, program: ControlProgram, q: Array) -> bool:
+        """Puts the rows of tasks without a form on the desk; False if they are not as many as before."""
+        for place in program.given:
+            equation = self._equation(place.task, q)
+            if len(equation.xdot) != place.rows.stop - place.rows.start:
+                self.forget()
+                return False
+            program.put_given(place, equation)
+        return True
+
+    def _bounds(self, limits: Sequence[Limit], q: Array, previous: Array, dt: float) -> Bounds:
+        """The bounds of limits, the strongest first."""
+        bounds = Bounds.free(self.robot.n)
+        for limit in reversed(limits):
+            bounds = bounds.within(limit.bounds(self.robot, q, previous, dt))
+        return bounds
+
+    def _within_rows(self, program: ControlProgram, q: Array, out: Array, rows: Bounds, previous: Array) -> bool:
+        """Makes a step that keeps limits of rows at its end too; False if none is found."""
+        for _ in range(ATTEMPTS):
+            if self._joint is not None:
+                program.put_rows(rows)
+            else:
+                program.put_bounds(self.units.bounds(rows))
+            program.begin(previous)
+            if program.step(q, out) != DONE:
+                return False
+            tighter = self.tightened(q, out, program.dt, rows)
+            if tighter is None:
+                program.keep()
+                return True
+            if len(tighter.floor) > program.room:
+                return False
+            rows = tighter
+        return False
+
+    def tightened(self, q: Array, qdot: Array, dt: float, bounds: Bounds) -> Bounds | None:
+        """The tighter bounds of the first limit that asks for them; None if no limit does."""
+        for limit in self._watching:
+            tighter = limit.tightened(self.robot, q, qdot, dt, bounds)
+            if tighter is not None:
+                return tighter
+        return None
+
+    def report(self, left: Snapshot, rows: Bounds | None) -> Resolution:
+        """The report of a step.
+
+        Args:
+            left: What it has left on its program's desk.
+            rows: The bounds of limits that are not computed in compiled code.
+        """
+        bounds = Bounds.free(self.robot.n) if rows is None else rows
+        if self._joint is not None:
+            bounds = bounds.within(self._joint.bounds(self.robot, left.q, left.previous, left.dt))
+        return left.resolution(bounds)

@@ -1,0 +1,347 @@
+"""A controller's whole step as one compiled call, for stacks of one structure.
+
+Tasks and limits without a compiled form take part with the rows and bounds that they give in Python.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from robust_ik.checks import Array, readonly
+from robust_ik.control.bounds import Bounds
+from robust_ik.control.compiled_loop.level_walk import LevelDesk, LevelWalk
+from robust_ik.control.limits import JointLimits
+from robust_ik.control.problem import VelocityProblem
+from robust_ik.control.resolution import Resolution
+from robust_ik.control.resolvers.priority_resolver import PriorityResolver
+from robust_ik.control.resolvers.step_status import verdict
+from robust_ik.control.scaled_levels import Units
+from robust_ik.control.tasks import Levels, Task
+from robust_ik.control.tasks.compiled_form import CompiledForm, entries_of
+from robust_ik.inverses.task_equation import TaskEquation
+from robust_ik.kernels.chain import chain_layout as links
+from robust_ik.kernels.control import control_layout as slots
+from robust_ik.kernels.control.control_layout import MOST
+from robust_ik.robot.robot import Robot
+
+POSE = 12
+"""Numbers of a frame's pose on the desk; its Jacobian and the twists of its joints follow."""
+
+
+def form_of(task: Task, robot: Robot) -> CompiledForm | None:
+    """The form of a task for compiled code, if its class itself has one."""
+    return task.form(robot) if "form" in vars(type(task)) else None
+
+
+@dataclass(eq=False)
+class Place:
+    """A task's place in a program.
+
+    Attributes:
+        task: The task of the last step.
+        record: Its record, a view of the program.
+        level: Its level.
+        rows: Its rows of the level.
+        given: Whether its rows come from its `equation`.
+        numbers: What may change of it, by name, as views of the record.
+        filled: The record as its task has filled it.
+    """
+
+    task: Task
+    record: Array
+    level: int
+    rows: slice
+    given: bool
+    numbers: dict[str, Array] = field(init=False)
+    filled: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        table = {} if self.given else type(self.task).numbers
+        self.filled = self.record
+        self.numbers = {name: each.view(self.record) for name, each in table.items()}
+
+    def fill(self, robot: Robot) -> None:
+        """Writes what may change of the task into the record."""
+        task = self.task
+        for name, view in self.numbers.items():
+            view[...] = task.number(name, robot)
+        self.filled = self.record.copy()
+
+    def present(self, robot: Robot) -> Task:
+        """The task with the numbers that its record has now.
+
+        Raises:
+            InputError: They are not valid.
+        """
+        if self.given or np.array_equal(self.record, self.filled):
+            return self.task
+        told = {name: view.copy() if view.ndim else float(view) for name, view in self.numbers.items()}
+        return self.task.with_numbers(robot, told)
+
+    def alike(self, task: Task) -> bool:
+        """Whether another task has the same form."""
+        kind = type(task)
+        if kind is not type(self.task):
+            return False
+        return all(getattr(task, name) == getattr(self.task, name) for name in kind.structural)
+
+
+@dataclass(eq=False)
+class Snapshot:
+    """What a step has left on the desk.
+
+    Attributes:
+        program: The program.
+        desk: A copy of the desk.
+        row_units: The units of the rows of each level.
+        units: The controller's units.
+    """
+
+    program: Array
+    desk: Array
+    row_units: list[Array]
+    units: Units
+
+    @property
+    def q(self) -> Array:
+        """The configuration of the step, (nq,)."""
+        at = int(self.program[slots.ASKED])
+        return self.desk[at : at + int(self.program[slots.CONFIGURATION])]
+
+    @property
+    def previous(self) -> Array:
+        """The velocities of the step before, (n,)."""
+        at = int(self.program[slots.BEFORE])
+        return self.desk[at : at + len(self.units.slides)] * self.units.joints
+
+    @property
+    def dt(self) -> float:
+        """The length of the step, s."""
+        return float(self.program[slots.DT])
+
+    def resolution(self, bounds: Bounds) -> Resolution:
+        """The report of the step within these bounds."""
+        units = self.units
+        levels = [LevelDesk.of(self.program, self.desk, level) for level in range(int(self.program[slots.LEVELS]))]
+        at, n = int(self.program[slots.QDOT]), int(self.program[slots.JOINTS])
+        equations = tuple(each.equation for each in levels)
+        problem = VelocityProblem(equations, units.bounds(bounds), self.dt)
+        shares = [float(each.found[slots.SHARE]) for each in levels]
+        found = verdict(problem, self.desk[at : at + n].copy(), shares, [each.reduced for each in levels])
+        if units.length == 1.0:
+            return found
+        metric = tuple(replace(each, residual=each.residual * rows) for each, rows in zip(found.levels, self.row_units))
+        return replace(found, qdot=readonly(found.qdot * units.joints), levels=metric)
+
+
+class ControlProgram(LevelWalk):
+    """The compiled step of a stack of one structure.
+
+    Attributes:
+        places: The tasks' places in the program, level by level.
+        dt: Length of a step, s.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        resolver: PriorityResolver,
+        levels: Levels,
+        dt: float,
+        *,
+        limits: JointLimits | None,
+        units: Units,
+        forms: Sequence[Sequence[CompiledForm]],
+        room: int = 0,
+    ) -> None:
+        """Makes a program.
+
+        Args:
+            robot: The robot.
+            resolver: A resolver for which `walks` holds, begun for a run.
+            levels: The stack.
+            dt: Length of a step, s.
+            limits: Joint limits that are computed in compiled code; None if all bounds are put on the desk.
+            units: The controller's units.
+            forms: The forms of the tasks.
+            room: Room for this many rows of bounds.
+        """
+        self._robot, self._levels, self._limits, self._units, self._forms = robot, levels, limits, units, forms
+        self._frames = dict.fromkeys(
+            robot.tip if each is None else each
+            for level in self._forms
+            for form in level
+            for each in ((form.frame,) if form.root is None else (form.frame, form.root))
+            if form.framed
+        )
+        self.places: list[list[Place]] = []
+        self.dt = dt
+        super().__init__(resolver, robot.n, [sum(form.height for form in level) for level in self._forms], dt, room)
+        self._place_tasks()
+
+    def _further(self, size: int, head: Array) -> list[Array]:
+        """Joints, frames, chains, joint limits and tasks; see `LevelWalk._further`."""
+        robot, parts = self._robot, []
+
+        def add(part: Array) -> int:
+            nonlocal size
+            parts.append(np.asarray(part, dtype=float).ravel())
+            size += len(parts[-1])
+            return size - len(parts[-1])
+
+        head[slots.CONFIGURATION], head[slots.LENGTH] = robot.nq, self._units.length
+        head[slots.MAP] = add(np.column_stack([*joint_places(robot), self._units.joints]))
+        chains = [robot.chain(frame) for frame in self._frames]
+        places = [float(add(chain.packed)) for chain in chains]
+        self._frame_table = np.column_stack([places, np.zeros(len(places))]) if places else np.zeros((0, 2))
+        head[slots.FRAMES], head[slots.FRAME] = len(places), add(self._frame_table)
+        self._frame_sizes = [POSE + 6 * robot.n + 6 * int(chain.packed[links.JOINTS]) for chain in chains]
+        if self._limits is not None:
+            told = self._limits
+            head[slots.LIMITS] = add(np.array([told.acceleration, told.velocity, told.lower, told.upper]))
+            add(np.array([told.recovery_speed, told.gain]))
+            head[slots.HAS_SPEEDS], head[slots.HURRIED] = 1, np.isfinite(told.acceleration).any()
+        self._task_places = []
+        for level, forms in enumerate(self._forms):
+            at = slots.HEAD + level * slots.RECORD
+            head[at + slots.TASKS], head[at + slots.TASK] = len(forms), size
+            self._task_places.append([add(form.record) for form in forms])
+        return parts
+
+    def _more_room(self) -> list[tuple[int, int]]:
+        first = int(self.program[slots.FRAME])
+        asked = [(slots.ASKED, self._robot.nq), (slots.BEFORE, self._robot.n)]
+        return asked + [(first + 2 * index + 1, size) for index, size in enumerate(self._frame_sizes)]
+
+    def _place_tasks(self) -> None:
+        """Fills in what changes of the tasks, and the speed limits."""
+        names = list(self._frames)
+        for level, (tasks, forms, places) in enumerate(zip(self._levels, self._forms, self._task_places)):
+            row, made = 0, []
+            for task, form, at in zip(tasks, forms, places):
+                record = self.program[at : at + len(form.record)]
+                if form.framed:
+                    record[slots.PLACE] = names.index(form.frame or self._robot.tip)
+                    if record[slots.KIND] == slots.POSE:
+                        record[slots.ROOT] = -1 if form.root is None else names.index(form.root)
+                given = record[slots.KIND] == slots.GIVEN
+                made.append(Place(task, record, level, slice(row, row + form.height), bool(given)))
+                made[-1].fill(self._robot)
+                row += form.height
+            self.places.append(made)
+        self._units_of_rows = [self._row_units(level) for level in range(len(self._levels))]
+        self.eased_limiters = self.resolver.eased[: len(self.levels)]
+        self._last = self.view(slots.LAST, self._robot.n)
+        if self._limits is None:
+            self.put_bounds(Bounds.free(self._robot.n))
+        self.given = [place for level in self.places for place in level if place.given]
+        if self._limits is not None:
+            self.view(slots.SPEEDS, self._robot.n)[:] = self._limits.velocity / self._units.joints
+
+    def _row_units(self, level: int) -> Array:
+        """The units of a level's rows that compiled code makes."""
+        found = np.ones(self.shape[1][level])
+        for place in self.places[level]:
+            record, kind = place.record, place.record[slots.KIND]
+            if kind in (slots.POSE, slots.TWIST):
+                chosen = record[slots.CHOSEN : slots.CHOSEN + int(record[slots.HEIGHT])]
+                found[place.rows] = np.where(chosen < 3, self._units.length, 1.0)
+            elif kind == slots.JOINT_VALUES:
+                found[place.rows] = self._units.joints[entries_of(record)[:, slots.JOINT].astype(int)]
+        return found
+
+    def put_given(self, place: Place, equation: TaskEquation) -> None:
+        """Puts the rows of a task without a form on the desk, in the controller's units."""
+        desk, rows = self.levels[place.level], self._units.of_rows(equation)
+        self._units_of_rows[place.level][place.rows] = rows
+        factor = equation.weight / rows
+        desk.J[place.rows] = equation.J * factor[:, None] * self._units.joints
+        desk.xdot[place.rows], desk.error[place.rows] = equation.xdot * factor, equation.error * factor
+
+    def put_rows(self, bounds: Bounds) -> None:
+        """Puts the rows of bounds on the desk, in the controller's units."""
+        count, n = len(bounds.floor), self.shape[0]
+        self.program[slots.ROWS] = count
+        self.view(slots.BOUND_ROWS, count, n)[:] = bounds.rows * (self._units.joints / self._units.length)
+        self.view(slots.FLOOR, count)[:] = bounds.floor / self._units.length
+
+    def step(self, q: Array, out: Array) -> int:
+        """One step; motions that do not come from a gain formula come from the resolver. Returns a status."""
+        status = self.run(self.setup, q, out, slots.BEGIN, 0)
+        while status >= slots.WANTS_MOTION:
+            level = status - slots.WANTS_MOTION
+            problem = VelocityProblem(tuple(each.equation for each in self.levels), Bounds.free(self.shape[0]))
+            self.motion[:] = self.outside(problem, level)
+            status = self.run(self.setup, q, out, level, 1)
+            if status == slots.DONE:
+                out[:] = self.qdot * self._units.joints
+                self._last[:] = self.qdot
+                self.program[slots.MADE] += 1
+                status = slots.DONE if np.isfinite(out).all() else slots.TOO_LARGE
+        return status
+
+    def begin(self, previous: Array) -> None:
+        """Puts the memory of the steps before on the desk: velocities, (n,), and the speeds of stopped levels."""
+        self._last[:] = previous if self._units.length == 1.0 else previous / self._units.joints
+        if self.eased_limiters:
+            self.eased[:] = [each.speed for each in self.eased_limiters]
+
+    def keep(self) -> None:
+        """Takes over the memory that the step has left."""
+        if self.eased_limiters:
+            for limiter, speed in zip(self.eased_limiters, self.eased.tolist()):
+                limiter.speed = speed
+
+    @property
+    def whole(self) -> bool:
+        """Whether a step is one compiled call: no rows and no motions come from outside."""
+        ways = self.program[slots.HEAD + slots.WAY :: slots.RECORD][: len(self.levels)]
+        return not self.given and not (ways == slots.OUTSIDE).any()
+
+    @property
+    def made(self) -> bool:
+        """Whether the desk holds a step."""
+        return bool(self.program[slots.MADE])
+
+    @property
+    def last(self) -> Array:
+        """The last velocities, (n,), as a copy."""
+        return self._last * self._units.joints
+
+    def snapshot(self) -> Snapshot:
+        """What the last step has left on the desk, to make its report from."""
+        return Snapshot(self.program, self.desk.copy(), self._units_of_rows, self._units)
+
+    def takes(self, levels: Levels, dt: float) -> bool:
+        """Takes over the tasks of a stack, if it is of this structure, and steps of this length."""
+        if dt != self.dt or len(levels) != len(self.places):
+            return False
+        others = []
+        for tasks, places in zip(levels, self.places):
+            if len(tasks) != len(places):
+                return False
+            for task, place in zip(tasks, places):
+                if task is not place.task:
+                    if not place.alike(task):
+                        return False
+                    others.append((place, task))
+        for place, task in others:
+            place.task = task
+            place.fill(self._robot)
+        return True
+
+
+def joint_places(robot: Robot) -> tuple[Array, Array]:
+    """The first place in q of every joint, and whether q holds cosine and sine there, (n,) each."""
+    values = np.arange(1.0, robot.n + 1)
+    turning = np.array([robot.description.joint[name].kind == "continuous" for name in robot.joint_names])
+    before = np.cumsum(turning) - turning
+    return values - 1 + before, turning.astype(float)
+
+
+def fits(robot: Robot, forms: Sequence[Sequence[CompiledForm]]) -> bool:
+    """Whether kernels have room for a robot and for levels of tasks of these forms."""
+    return max(robot.n, *(sum(form.height for form in level) for level in forms), 1) <= MOST

@@ -1,0 +1,197 @@
+"""ControlLoop: a controller's steps with one stack, prepared so that a step is one compiled call."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robust_ik.checks import Array, as_measures, checked_out, checked_parameter
+from robust_ik.control.compiled_loop.control_program import ControlProgram, Place
+from robust_ik.control.resolution import Resolution
+from robust_ik.control.tasks import Levels, Stack, Task, checked_stack
+from robust_ik.control.velocity_controller import VelocityController
+from robust_ik.errors import InputError, suggest
+from robust_ik.kernels.control.control_layout import BEGIN, DONE, UNLIKE
+
+
+class LoopTask:
+    """A task of a loop: its targets and gains can be set in place.
+
+    Its attributes are those of the task that may change: `target`, `feedforward`, `twist`, `gain`, `max_linear`, ...
+    Arrays are views of what the next step reads, so `loop.tasks[0][0].target[:] = T` moves the target. `target` of a
+    `PostureTask` or `JointTask` holds joint values, one for each of its joints. What makes the task another one, its
+    frame or rows, cannot change.
+    """
+
+    def __init__(self, place: Place) -> None:
+        vars(self).update(_place=place)
+
+    def __getattr__(self, name: str) -> Any:
+        place: Place = vars(self)["_place"]
+        if name not in place.numbers:
+            raise AttributeError(_unknown(place, name))
+        view = place.numbers[name]
+        return view if view.ndim else float(view)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        place: Place = self._place
+        if name not in place.numbers:
+            raise AttributeError(_unknown(place, name))
+        view = place.numbers[name]
+        if not view.ndim:
+            infinite = isinstance(value, float) and value == math.inf and name not in ("gain", "weight")
+            view[...] = value if infinite else checked_parameter(name, value, above=0)
+            return
+        given = as_measures(value, name, view.shape)
+        if given.shape != view.shape:
+            raise InputError(f"{name} must have shape {view.shape}, got {given.shape}")
+        view[...] = given
+
+    def __dir__(self) -> list[str]:
+        return sorted(self._place.numbers)
+
+    def __repr__(self) -> str:
+        return f"LoopTask({type(self._place.task).__name__}: {', '.join(self._place.numbers)})"
+
+
+def _unknown(place: Place, name: str) -> str:
+    kind = type(place.task).__name__
+    if place.given:
+        return f"{kind} has no compiled form: its rows come from its equation, and nothing of it can be set in a loop"
+    return f"nothing called {name!r} can be set of {kind} in a loop; {suggest(name, place.numbers)}"
+
+
+class ControlLoop:
+    """The steps of a `VelocityController` with one stack and one length of step: what does not change is prepared.
+
+    A step checks q and targets, computes tasks, limits and joint velocities in one compiled call, and writes the
+    velocities into an array; nothing is allocated, looked up or compiled. `report` makes the report of the last step
+    when it is asked for. Results are those of the controller.
+
+    What has no compiled form takes part all the same: rows of your own tasks come from their `equation`, motions of
+    inverses that are no gain formula from the inverse, collision distances from the scene, and where nothing else
+    helps, as for `Reach`, the controller makes the step. `compiled` says whether a step is one compiled call.
+
+    Attributes:
+        controller: A controller of its own, which makes the steps that compiled code cannot make.
+        dt: Length of a step, s.
+        tasks: The tasks, level by level, whose targets and gains can be set in place.
+        compiled: Whether a step is one compiled call.
+
+    Example:
+        >>> import numpy as np
+        >>> import robust_ik as rik
+        >>> robot = rik.load("panda")
+        >>> stack = [[rik.FrameTask(robot.pose(robot.rest), gain=5.0)], [rik.PostureTask(robot.rest)]]
+        >>> loop = rik.ControlLoop(rik.VelocityController(robot), stack, dt=0.001)
+        >>> q, qdot = robot.rest.copy(), np.empty(robot.n)
+        >>> for _ in range(2000):
+        ...     loop.tasks[0][0].target[2, 3] -= 0.00005
+        ...     q += loop.dt * loop.step(q, qdot)
+        >>> loop.report.status.name
+        'TRACKING'
+    """
+
+    def __init__(self, controller: VelocityController, stack: Stack | Task, dt: float) -> None:
+        """Prepares the steps of a run that begins at rest.
+
+        Args:
+            controller: A controller with the robot, resolver and limits; its own run is not touched.
+            stack: The stack of tasks, as for `VelocityController.step`.
+            dt: Length of a step, s.
+
+        Raises:
+            InputError: An argument is not valid, or a task does not fit the robot.
+            FrameNotFoundError: A task names a frame that the robot does not have.
+        """
+        if not isinstance(controller, VelocityController):
+            raise InputError(f"controller must be a VelocityController, got {controller!r}")
+        self.dt = checked_parameter("dt", dt, above=0)
+        self.controller = VelocityController(
+            controller.robot, controller.resolver, controller.limits, length_scale=controller.length_scale
+        )
+        self._levels: Levels = checked_stack(stack)
+        self._program: ControlProgram | None = None
+        self.tasks: list[list[LoopTask]] = []
+        self.reset()
+
+    def reset(self, qdot: ArrayLike | None = None) -> None:
+        """Begins a new run, with the targets and gains of the present one.
+
+        Args:
+            qdot: Present joint velocities of the robot, (n,); default at rest.
+        """
+        self._levels = self._present()
+        self.controller.reset(qdot)
+        self._program = self.controller.program(self._levels, self.dt)
+        alone = self._program is not None and not self.controller.compiled.asks_outside
+        self.compiled = self._program is not None and alone and self._program.whole
+        self._run = self._program.run if self._program is not None and self.compiled else _not_compiled
+        self._setup = 0 if self._program is None else self._program.setup
+        places = [] if self._program is None else self._program.places
+        self.tasks = [[LoopTask(place) for place in level] for level in places]
+        if self._program is not None:
+            self._program.begin(self.controller.qdot)
+        self._found: Resolution | None = None
+
+    def step(self, q: Array, out: Array | None = None) -> Array:
+        """Joint velocities for the step from q.
+
+        Args:
+            q: Configuration, (nq,); contiguous doubles are fastest.
+            out: Array for the result, (n,), contiguous doubles; default a new one.
+
+        Returns:
+            q̇, (n,), rad/s or m/s: `out` if given.
+
+        Raises:
+            InputError: q or a target is not valid, or an array has the wrong shape.
+        """
+        if out is None:
+            out = np.empty(self.controller.robot.n)
+        if self._run(self._setup, q, out, BEGIN, 0) == DONE:
+            self._found = None
+            return out
+        return self._otherwise(q, out)
+
+    @property
+    def report(self) -> Resolution:
+        """The report of the last step, made when it is asked for.
+
+        Raises:
+            InputError: No step has been made.
+        """
+        if self._found is None and self._program is not None and self._program.made:
+            self._found = self.controller.compiled.report(self._program.snapshot(), None)
+        if self._found is None:
+            raise InputError("there is no report before the first step")
+        return self._found
+
+    def _otherwise(self, q: ArrayLike, out: Array) -> Array:
+        """A step by the controller: from other arrays, with rows from outside, or by NumPy; raises what is wrong."""
+        checked_out(out, (self.controller.robot.n,))
+        self._levels = self._present()
+        program = self._program
+        if program is not None:
+            program.keep()
+            self.controller.qdot = program.last
+        found = self.controller.step(q, self._levels, self.dt)
+        out[:] = found.qdot
+        self._found = found
+        if program is not None:
+            program.begin(found.qdot)
+        return out
+
+    def _present(self) -> Levels:
+        """The stack with the present targets and gains."""
+        if self._program is None:
+            return self._levels
+        return tuple(tuple(place.present(self.controller.robot) for place in level) for level in self._program.places)
+
+
+def _not_compiled(*_: object) -> int:
+    """Makes no step, so that the controller makes it."""
+    return UNLIKE

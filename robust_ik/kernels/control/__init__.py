@@ -1,0 +1,1 @@
+"""One step of a velocity controller in compiled code: levels of tasks within bounds."""

@@ -1,0 +1,116 @@
+"""Layout of a controller's two vectors: the program, which says what is done, and the desk, on which it is done."""
+
+from __future__ import annotations
+
+JOINTS, LEVELS, DT = 0, 1, 2
+"""Number n of joints, number of levels, length of a step in s; 0 if unknown."""
+LIMITER, STEADY, RELEASE, RISE = 3, 4, 5, 6
+"""The limiter, whether levels are kept from overshooting, the fraction of σ₁ up to which directions are released, and
+how much the joint speed of a stopped level may grow in a step; 0 for a limiter that stops none."""
+ROWS, HAS_SPEEDS, HURRIED = 7, 8, 9
+"""Number of rows of the bounds, whether there are pure speed limits, whether there are acceleration limits."""
+LOWER, UPPER, SPEEDS, LAST = 10, 11, 12, 13
+"""Places on the desk, n numbers each: the box, pure speed limits, the last velocities."""
+LONG_LOWER, LONG_UPPER = 14, 15
+"""Places of the box without acceleration limits."""
+BOUND_ROWS, FLOOR = 16, 17
+"""Places of the rows of the bounds and of their floors."""
+QDOT, MOTION, SCRATCH, EASED = 18, 19, 20, 21
+"""Places of the joint velocities, of a level's motion, of room for a program, of the levels' last speeds."""
+START_GIVEN, RAMP_GIVEN = 22, 23
+"""Whether QDOT holds the start of the levels; whether it holds the start of the ramp."""
+CONFIGURATION, LENGTH, MAP = 24, 25, 26
+"""Length of q, the unit of length in m, and the place in the program of three numbers a joint, see FIRST."""
+FRAMES, FRAME = 27, 28
+"""Number of frames, and the place in the program of two numbers a frame: the place of its chain in the program, and of
+its pose and Jacobian on the desk."""
+LIMITS = 29
+"""Place in the program of the joint limits, see ACCELERATION; 0 if bounds come from outside."""
+ASKED, BEFORE = 30, 31
+"""Places of q, and of the last velocities, of the step that is on the desk: for its report."""
+MADE = 32
+"""How many steps have been made."""
+HEAD = 34
+"""Numbers before the records of the levels."""
+
+M, WAY, GAIN, PARAMETERS, RELATIVE = 0, 1, 2, 3, 4
+"""In a level's record: its number of rows, how its motion is found, address and parameters of its gain formula, whether
+thresholds are relative to σ₁."""
+X, JACOBIAN, MISSING, RESIDUAL = 5, 6, 7, 8
+"""Places on the desk of ẋ and J, of what the level still misses of ẋ, and of what it misses at the end."""
+LEFT, SIGMA, OWN, RIGHT, AIM, FOUND = 9, 10, 11, 12, 13, 14
+"""Places on the desk of U, σ, the σ of J itself, Vt, the velocities aimed at, and of the numbers found, see FREE."""
+ERROR, TASKS, TASK = 15, 16, 17
+"""Place on the desk of the error, number of the level's tasks, and the place in the program of the first one."""
+RECORD = 20
+"""Length of a level's record."""
+
+FIRST, TURNS, UNIT = 0, 1, 2
+"""Of a joint: its first place in q, whether q holds cosine and sine there, the unit of its motion."""
+MAPPED = 3
+"""Numbers of a joint."""
+
+ACCELERATION, SPEED, LEAST, MOST_VALUE = 0, 1, 2, 3
+"""Of the joint limits: n numbers each, one kind after the other: acceleration, speed, lower end, upper end."""
+RECOVERY, RATE = 0, 1
+"""After them: speed of a joint that comes back, and the largest rate at which the way to an end is used up."""
+
+KIND, LONG, HEIGHT, WEIGHT, GAIN_OF, PLACE = 0, 1, 2, 3, 4, 5
+"""Of every task: its kind, the length of its record, its number of rows, its weight, its gain, the number of its frame.
+"""
+GIVEN, POSE, TWIST, JOINT_VALUES, DIRECTION, CLIMB = 0, 1, 2, 3, 4, 5
+"""Kinds of tasks; the rows of GIVEN ones come from outside."""
+ROOT, LINEAR, ANGULAR, AXES, ROTATION = 6, 7, 8, 9, 10
+"""Of tasks of a frame: the root's frame, −1 for none; caps of errors; axes of the rows; how the rotation counts."""
+WORLD_AXES, TARGET_AXES, FRAME_AXES = 0, 1, 2
+"""Axes of rows: the world's or the root's, the target's, the frame's."""
+NO_ROTATION, SWING, WHOLE_ROTATION = -1, 0, 3
+"""How the rotation counts: not, or but for a turn about axis i (SWING + i), or as a whole."""
+CHOSEN, FORWARD, GOAL = 11, 17, 23
+"""Then six places of rows, six numbers of feed-forward or of a twist, and the target, (4, 4)."""
+POSED = 39
+"""Length of the record of a task of a frame."""
+AXIS, TOWARDS = 11, 14
+"""Of a task of a direction, after the caps: the axis in the frame, and the direction in the world."""
+DIRECTED = 17
+"""Length of its record."""
+SOURCE, FASTEST, ENTRIES = 6, 7, 8
+"""Of a task of joints: where its errors come from, its largest speed; then the entries of its rows, see JOINT."""
+TO_VALUE, TO_RANGE, AT_REST = 0, 1, 2
+"""Where errors come from: from values, from the ends of a range, or from nowhere."""
+JOINT, FROM, TO = 0, 1, 2
+"""Of a row: the joint, and its value, or the ends of its range."""
+ENTRY = 3
+"""Numbers of a row."""
+MEASURE, THRESHOLD, TOP_SPEED, INDEX, SCALE = 6, 7, 8, 9, 10
+"""Of a task that climbs: the measure, its threshold, the largest speed, which σ, and the factor of angular rows."""
+OF_SIGMA, OF_PRODUCT = 0, 1
+"""Measures: a singular value, or the product of all."""
+COUNT_OF_ROWS, CHOSEN_ROWS = 11, 12
+"""Then the number of rows of the measure, and six places of rows."""
+CLIMBING = 18
+"""Length of its record."""
+
+IN_FREEDOM, DECOUPLED, OUTSIDE = 0, 1, 2
+"""How a level's motion is found: by a gain formula of J N, or of J and then projected; or outside of compiled code."""
+SLIDING, SATURATION, SCALING, NEAREST, KEEPING = 0, 1, 2, 3, 4
+"""Limiters."""
+
+FREE, RANK, CLOSED, COUNT, SHARE = 0, 1, 2, 3, 4
+"""What is found of a level: dimension of its freedom, its rank, how many directions are closed to lower levels, how
+many singular values it has, the share of its motion."""
+NUMBERS = 8
+"""Room for them."""
+
+DONE, WANTS_START, WANTS_RAMP_START = 0, 1, 2
+"""Statuses: rows that the start, or that of the ramp, does not keep, need a start from outside."""
+NOT_FINITE, OFF_CIRCLE, UNLIKE, NOT_RIGID, TOO_LARGE, UNCERTAIN = 3, 4, 5, 6, 7, 8
+"""Further ones: numbers of q or of a task are not finite, a cosine and sine are not of length 1, arguments are no
+vectors of doubles of the right lengths, a target is no rigid pose, velocities are too large, NumPy has to decide."""
+BEGIN = -1
+"""The level from which a whole step begins, with its tasks and bounds."""
+WANTS_MOTION = 16
+"""WANTS_MOTION + i: level i needs its motion from outside."""
+
+MOST = 32
+"""Most joints, and most rows of a level."""

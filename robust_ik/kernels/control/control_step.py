@@ -1,0 +1,96 @@
+"""A controller's whole step: rows of tasks, bounds, the walk down the levels, and the velocities."""
+
+from __future__ import annotations
+
+import math
+
+from robust_ik.kernels.compiler.compiling import called
+from robust_ik.kernels.compiler.stack_memory import Pointer, Sizes, further
+from robust_ik.kernels.control import control_layout as slots
+from robust_ik.kernels.control.climbing_rows import climbing_rows
+from robust_ik.kernels.control.frame_motion import check_configuration, map_of, move_frames
+from robust_ik.kernels.control.joint_rows import joint_bounds, joint_rows
+from robust_ik.kernels.control.level_freedom import record_of
+from robust_ik.kernels.control.pose_rows import direction_rows, pose_rows, twist_rows
+from robust_ik.kernels.control.resolve_levels import resolve
+
+
+@called
+def task_rows(
+    program: Pointer, desk: Pointer, q: Pointer, task: Pointer, J: Pointer, x: Pointer, error: Pointer, width: Sizes
+) -> int:
+    """Fills in the rows of one task; a status."""
+    kind = task[slots.KIND]
+    if kind == slots.POSE:
+        return pose_rows(program, desk, task, J, x, error)
+    if kind == slots.JOINT_VALUES:
+        return joint_rows(program, q, task, J, x, error)
+    if kind == slots.TWIST:
+        return twist_rows(program, desk, task, J, x, error)
+    if kind == slots.DIRECTION:
+        return direction_rows(program, desk, task, J, x, error)
+    if kind == slots.CLIMB:
+        return climbing_rows(program, desk, task, J, x, error, width)
+    return slots.DONE
+
+
+@called
+def equations(program: Pointer, desk: Pointer, q: Pointer, width: Sizes) -> int:
+    """Fills in J, ẋ and the error of every level; a status."""
+    n = int(program[slots.JOINTS])
+    move_frames(program, desk, q)
+    for level in range(int(program[slots.LEVELS])):
+        record, row = record_of(program, level), 0
+        task = further(program, int(record[slots.TASK]))
+        J, x = further(desk, int(record[slots.JACOBIAN])), further(desk, int(record[slots.X]))
+        error = further(desk, int(record[slots.ERROR]))
+        for _ in range(int(record[slots.TASKS])):
+            status = task_rows(program, desk, q, task, further(J, row * n), further(x, row), further(error, row), width)
+            if status != slots.DONE:
+                return status
+            row += int(task[slots.HEIGHT])
+            task = further(task, int(task[slots.LONG]))
+    return slots.DONE
+
+
+@called
+def finish(program: Pointer, desk: Pointer, out: Pointer) -> int:
+    """Writes the velocities in metres and radians, and keeps them as the last ones; TOO_LARGE if infinite."""
+    qdot, last = further(desk, int(program[slots.QDOT])), further(desk, int(program[slots.LAST]))
+    total = 0.0
+    for i in range(int(program[slots.JOINTS])):
+        total += qdot[i] * 0.0
+    if math.isnan(total):
+        return slots.TOO_LARGE
+    for i in range(int(program[slots.JOINTS])):
+        out[i] = qdot[i] * map_of(program, i)[slots.UNIT]
+        last[i] = qdot[i]
+    program[slots.MADE] += 1.0
+    return slots.DONE
+
+
+@called
+def remember(program: Pointer, desk: Pointer, q: Pointer) -> None:
+    """Keeps q and the last velocities for the report of the step."""
+    asked, before = further(desk, int(program[slots.ASKED])), further(desk, int(program[slots.BEFORE]))
+    last = further(desk, int(program[slots.LAST]))
+    for i in range(int(program[slots.CONFIGURATION])):
+        asked[i] = q[i]
+    for i in range(int(program[slots.JOINTS])):
+        before[i] = last[i]
+
+
+@called
+def control_step(program: Pointer, desk: Pointer, q: Pointer, out: Pointer, width: Sizes) -> int:
+    """One step from q; a status. `out` and the last velocities change only if it is DONE."""
+    status = check_configuration(program, q)
+    if status != slots.DONE:
+        return status
+    remember(program, desk, q)
+    status = equations(program, desk, q, width)
+    if status != slots.DONE:
+        return status
+    if program[slots.LIMITS] > 0.0:
+        joint_bounds(program, desk, q)
+    status = resolve(program, desk, 0, False, width)
+    return status if status != slots.DONE else finish(program, desk, out)

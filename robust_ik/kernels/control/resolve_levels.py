@@ -1,0 +1,235 @@
+"""The walk down the levels: the compiled form of `priority_resolver` and of `acceleration_ramp`."""
+
+from __future__ import annotations
+
+from robust_ik.kernels.compiler.compiling import called
+from robust_ik.kernels.compiler.stack_memory import ONE, Pointer, Sizes, further, stack
+from robust_ik.kernels.control import control_layout as slots
+from robust_ik.kernels.control.level_fit import fit, largest_step, slowed
+from robust_ik.kernels.control.level_freedom import (
+    VECTOR,
+    found_of,
+    length_of,
+    level_motion,
+    project,
+    record_of,
+    reduce,
+    steady,
+)
+from robust_ik.kernels.control.polyhedron_projection import dot
+
+SHORT = 0.5e-9
+"""A row below its floor by more than this is not kept; half of `bounds.CONTRADICTION`, as in `feasible_start`."""
+
+
+@called
+def clip(value: float, lower: float, upper: float) -> float:
+    """The nearest value between the bounds."""
+    return min(max(value, lower), upper)
+
+
+@called
+def keeps_rows(program: Pointer, desk: Pointer, qdot: Pointer) -> bool:
+    """Whether no row of the bounds is below its floor."""
+    n, kept = int(program[slots.JOINTS]), True
+    rows, floor = further(desk, int(program[slots.BOUND_ROWS])), further(desk, int(program[slots.FLOOR]))
+    for r in range(int(program[slots.ROWS])):
+        kept &= dot(further(rows, r * n), qdot, n) >= floor[r] - SHORT
+    return kept
+
+
+@called
+def missing_of(program: Pointer, desk: Pointer, level: int, qdot: Pointer, missing: Pointer) -> None:
+    """Fills in ẋ − J q̇ of a level."""
+    record, n = record_of(program, level), int(program[slots.JOINTS])
+    x, J = further(desk, int(record[slots.X])), further(desk, int(record[slots.JACOBIAN]))
+    for r in range(int(record[slots.M])):
+        missing[r] = x[r] - dot(further(J, r * n), qdot, n)
+
+
+@called
+def resolve_level(program: Pointer, desk: Pointer, level: int, given: bool, width: Sizes) -> bool:
+    """Moves QDOT on by what one level gets; False if its motion has to come from outside, and is not given yet."""
+    record, found, n = record_of(program, level), found_of(program, desk, level), int(program[slots.JOINTS])
+    qdot, motion = further(desk, int(program[slots.QDOT])), further(desk, int(program[slots.MOTION]))
+    missing = further(desk, int(record[slots.MISSING]))
+    if not given:
+        reduce(program, desk, level, width)
+        missing_of(program, desk, level, qdot, missing)
+        if record[slots.WAY] == slots.OUTSIDE:
+            return False
+        level_motion(program, desk, level, width)
+    else:
+        project(program, desk, level, motion)
+    size = length_of(missing, int(record[slots.M]))
+    if program[slots.STEADY] > 0.0:
+        steady(program, desk, level, missing, size)
+    lower, upper = further(desk, int(program[slots.LONG_LOWER])), further(desk, int(program[slots.LONG_UPPER]))
+    change = stack(0.0, ONE, VECTOR)
+    share = fit(program, desk, level, lower, upper, qdot, program[slots.DT] * size, motion, change)
+    if program[slots.RISE] > 0.0:
+        share = eased(program, desk, level, motion, change, share)
+    found[slots.SHARE] = share
+    aim = further(desk, int(record[slots.AIM]))
+    for c in range(n):
+        qdot[c] = clip(qdot[c] + change[c], lower[c], upper[c])
+        aim[c] = qdot[c]
+    return True
+
+
+@called
+def eased(program: Pointer, desk: Pointer, level: int, motion: Pointer, change: Pointer, share: float) -> float:
+    """Slows a level that has been stopped, so that its speed rises slowly; see `limiters.Eased`."""
+    n, speeds, largest = int(program[slots.JOINTS]), further(desk, int(program[slots.EASED])), 0.0
+    for c in range(n):
+        largest = max(largest, abs(motion[c]))
+    most = speeds[level] + program[slots.RISE]
+    if share * largest > most:
+        slower = most / (share * largest)
+        for c in range(n):
+            change[c] *= slower
+        share *= slower
+    speeds[level] = INFINITE if share == 1.0 else share * largest
+    return share
+
+
+EVEN = 1 + 1e-12
+"""As `acceleration_ramp.EVEN`."""
+
+INFINITE = float("inf")
+"""The last speed of a level that was not slowed."""
+
+
+@called
+def ramp(program: Pointer, desk: Pointer) -> None:
+    """Moves QDOT from its start towards the levels' aims, as fast as acceleration limits allow; see `ramped`."""
+    n, levels = int(program[slots.JOINTS]), int(program[slots.LEVELS])
+    lower, upper = further(desk, int(program[slots.LOWER])), further(desk, int(program[slots.UPPER]))
+    qdot, start = further(desk, int(program[slots.QDOT])), stack(0.0, ONE, VECTOR)
+    way, change, rest = stack(0.0, ONE, VECTOR), stack(0.0, ONE, VECTOR), stack(0.0, ONE, VECTOR)
+    for level in range(levels):
+        found, aim = found_of(program, desk, level), further(desk, int(record_of(program, level)[slots.AIM]))
+        for c in range(n):
+            rest[c], start[c] = aim[c] - qdot[c], qdot[c]
+        along(program, desk, level, rest, way)
+        share = fit(program, desk, level, lower, upper, qdot, 0.0, way, change)
+        if level == 0 and share < 1.0:
+            nearer(program, desk, lower, upper, qdot, way, change)
+        for c in range(n):
+            qdot[c] = clip(qdot[c] + change[c], lower[c], upper[c])
+        if share != 1.0:
+            found[slots.SHARE] *= reached(program, desk, level, aim, start, qdot)
+    aim = further(desk, int(record_of(program, levels - 1)[slots.AIM]))
+    for c in range(n):
+        rest[c] = aim[c] - qdot[c]
+    below(program, desk, levels - 1, rest)
+    slowed(program, desk, lower, upper, qdot, rest, change)
+    for c in range(n):
+        qdot[c] = clip(qdot[c] + change[c], lower[c], upper[c])
+
+
+@called
+def along(program: Pointer, desk: Pointer, level: int, motion: Pointer, kept: Pointer) -> None:
+    """Fills in the part of a motion along the directions that a level closes to lower ones."""
+    n, Vt = int(program[slots.JOINTS]), further(desk, int(record_of(program, level)[slots.RIGHT]))
+    for c in range(n):
+        kept[c] = 0.0
+    for i in range(int(found_of(program, desk, level)[slots.CLOSED])):
+        share = dot(further(Vt, i * n), motion, n)
+        for c in range(n):
+            kept[c] += share * Vt[i * n + c]
+
+
+@called
+def below(program: Pointer, desk: Pointer, level: int, motion: Pointer) -> None:
+    """Replaces a motion by its part in the freedom below a level."""
+    n, Vt, found = int(program[slots.JOINTS]), record_of(program, level), found_of(program, desk, level)
+    rows, kept = further(desk, int(Vt[slots.RIGHT])), stack(0.0, ONE, VECTOR)
+    if found[slots.CLOSED] == 0.0 and int(found[slots.FREE]) == n:
+        return
+    for c in range(n):
+        kept[c] = 0.0
+    for i in range(int(found[slots.CLOSED]), int(found[slots.FREE])):
+        share = dot(further(rows, i * n), motion, n)
+        for c in range(n):
+            kept[c] += share * rows[i * n + c]
+    for c in range(n):
+        motion[c] = kept[c]
+
+
+@called
+def nearer(
+    program: Pointer, desk: Pointer, lower: Pointer, upper: Pointer, qdot: Pointer, way: Pointer, change: Pointer
+) -> None:
+    """Replaces the first level's change by that of every joint by itself, if it comes nearer to the aim."""
+    n, Vt = int(program[slots.JOINTS]), further(desk, int(record_of(program, 0)[slots.RIGHT]))
+    each = stack(0.0, ONE, VECTOR)
+    for c in range(n):
+        each[c] = clip(qdot[c] + way[c], lower[c], upper[c]) - qdot[c]
+    share = largest_step(program, desk, lower, upper, qdot, each)
+    missing, others = 0.0, 0.0
+    for c in range(n):
+        each[c] *= share
+    for i in range(int(found_of(program, desk, 0)[slots.CLOSED])):
+        row, one, other = further(Vt, i * n), 0.0, 0.0
+        for c in range(n):
+            one += row[c] * (way[c] - change[c])
+            other += row[c] * (way[c] - each[c])
+        missing += one * one
+        others += other * other
+    if others <= missing * EVEN * EVEN:
+        for c in range(n):
+            change[c] = each[c]
+
+
+@called
+def reached(program: Pointer, desk: Pointer, level: int, aim: Pointer, start: Pointer, qdot: Pointer) -> float:
+    """The share of its aim that a level gets, or of the change to it if that is longer."""
+    record, found, n = record_of(program, level), found_of(program, desk, level), int(program[slots.JOINTS])
+    s, Vt = further(desk, int(record[slots.SIGMA])), further(desk, int(record[slots.RIGHT]))
+    whole, change, missing = 0.0, 0.0, 0.0
+    for i in range(int(found[slots.COUNT])):
+        row, one, other, last = further(Vt, i * n), 0.0, 0.0, 0.0
+        for c in range(n):
+            one += row[c] * aim[c]
+            other += row[c] * (aim[c] - start[c])
+            last += row[c] * (aim[c] - qdot[c])
+        whole, change, missing = whole + (s[i] * one) ** 2, change + (s[i] * other) ** 2, missing + (s[i] * last) ** 2
+    size = max(whole, change) ** 0.5
+    return max(0.0, 1.0 - missing**0.5 / size) if size > 0.0 else 1.0
+
+
+@called
+def resolve(program: Pointer, desk: Pointer, first: int, given: bool, width: Sizes) -> int:
+    """Resolves the levels from `first` on, then ramps; returns a status.
+
+    Args:
+        program: See `control_layout`.
+        desk: The same.
+        first: The level to begin with; after the last, only the ramp is left.
+        given: Whether MOTION holds the motion of that level.
+        width: At least the number of joints, and of rows of every level.
+    """
+    n, levels = int(program[slots.JOINTS]), int(program[slots.LEVELS])
+    qdot = further(desk, int(program[slots.QDOT]))
+    if first == 0 and not given and program[slots.START_GIVEN] == 0.0:
+        lower, upper = further(desk, int(program[slots.LONG_LOWER])), further(desk, int(program[slots.LONG_UPPER]))
+        for c in range(n):
+            qdot[c] = clip(0.0, lower[c], upper[c])
+        if not keeps_rows(program, desk, qdot):
+            return slots.WANTS_START
+    for level in range(first, levels):
+        if not resolve_level(program, desk, level, given and level == first, width):
+            return slots.WANTS_MOTION + level
+    if program[slots.HURRIED] > 0.0:
+        if program[slots.RAMP_GIVEN] == 0.0:
+            lower, upper = further(desk, int(program[slots.LOWER])), further(desk, int(program[slots.UPPER]))
+            last = further(desk, int(program[slots.LAST]))
+            for c in range(n):
+                qdot[c] = clip(last[c], lower[c], upper[c])
+            if not keeps_rows(program, desk, qdot):
+                return slots.WANTS_RAMP_START
+        ramp(program, desk)
+    for level in range(levels):
+        missing_of(program, desk, level, qdot, further(desk, int(record_of(program, level)[slots.RESIDUAL])))
+    return slots.DONE

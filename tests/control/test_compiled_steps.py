@@ -1,0 +1,226 @@
+"""A controller's steps in compiled code are those of NumPy, for every task, limiter, inverse and limit."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+import robust_ik as rik
+from robust_ik.control.compiled_loop import control_program
+from robust_ik.control.compiled_loop.control_program import form_of
+from robust_ik.control.compiled_loop.level_walk import walks
+from robust_ik.inverses.task_equation import TaskEquation
+from tests.cases_resolvers import RESOLVERS
+from tests.soak import random_limits, random_stack, random_start
+
+ROBOTS = {
+    "panda": {}, "ur5": {}, "ur10": {}, "xarm7": {}, "kinova": {}, "kinova_gen3": {}, "tiago": {}, "pa10": {},
+    "puma560": {}, "planar_2r": {}, "srs_10r": {}, "baxter": {"tip": "left_gripper", "whole_tree": True},
+}  # fmt: skip
+DT = 0.01
+SAME = 1e-9
+"""Relative difference of joint velocities that counts as none."""
+NOISE = 1e-13
+"""Changes of q as small as rounding; where they change NumPy's own step, that step is no better determined."""
+LOOSE = 30
+"""Times what NOISE makes of NumPy's own step, by which steps may differ."""
+DRAWS = 30
+LEAST_SPEED = 1e-2
+"""Velocities below this are compared absolutely, rad/s."""
+
+
+@dataclass(frozen=True, eq=False)
+class HeightTask(rik.Task):
+    """A task of a user: it has no compiled form."""
+
+    height: float
+    gain: float = 1.0
+
+    def equation(self, robot, q, *, hessian=False):
+        error = np.array([self.height - robot.pose(q)[2, 3]])
+        rows = robot.jacobian(q, rows=("x", "y", "z"))[2:]
+        return TaskEquation(rows, self.gain * error, error, None, self.weight, np.array([True]))
+
+
+def by_numpy(robot, resolver, limits, **named):
+    """A controller whose steps NumPy makes."""
+    controller = rik.VelocityController(robot, resolver, limits, **named)
+    controller.compiled.step = lambda *_: None
+    return controller
+
+
+def step_of(make, robot, q, qdot, stack, dt=DT):
+    controller = make(robot)
+    controller.reset(qdot)
+    return controller.step(q, stack, dt)
+
+
+def noise_of(make, robot, q, qdot, stack, rng):
+    """What changes of q as small as rounding make of NumPy's step."""
+    steps = [
+        step_of(make, robot, robot.integrate(q, NOISE * rng.normal(size=robot.n)), qdot, stack).qdot for _ in range(4)
+    ]
+    return np.abs(np.ptp(steps, axis=0)).max()
+
+
+def assert_same(found, wanted, noise, where):
+    size = max(LEAST_SPEED, np.abs(wanted.qdot).max())
+    assert np.abs(found.qdot - wanted.qdot).max() <= SAME * size + noise, where
+    if noise > SAME * size:
+        return
+    assert found.status is wanted.status, where
+    assert found.active == wanted.active, where
+    assert found.contradictions == wanted.contradictions, where
+    for one, other in zip(found.levels, wanted.levels):
+        np.testing.assert_allclose(one.residual, other.residual, rtol=1e-7, atol=1e-8 * max(1, size), err_msg=where)
+        np.testing.assert_allclose(one.sigma, other.sigma, rtol=1e-9, atol=1e-10, err_msg=where)
+        assert (one.corank, one.kinematic_corank) == (other.corank, other.kinematic_corank), where
+        assert one.algorithmic == other.algorithmic, where
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_steps_are_those_of_numpy(name, monkeypatch):
+    robot, rng, compiled = rik.load(name, **ROBOTS[name]), np.random.default_rng(5), 0
+    eligible = 0
+    for draw in range(DRAWS):
+        resolver, limits = RESOLVERS[rng.integers(len(RESOLVERS))], random_limits(robot, rng)
+        q, stack, qdot = random_start(robot, limits, rng), random_stack(robot, rng), 0.1 * rng.normal(size=robot.n)
+        scale = rng.choice([None, 0.3])
+        numpy = lambda robot: by_numpy(robot, resolver, limits, length_scale=scale)  # noqa: B023, E731
+        noise = LOOSE * noise_of(numpy, robot, q, qdot, stack, rng)
+        controller = rik.VelocityController(robot, resolver, limits, length_scale=scale)
+        controller.reset(qdot)
+        eligible += walks(resolver) and not resolver.needs_hessian
+        with monkeypatch.context() as watched:
+            made = []
+            watched.setattr(type(controller), "_within_shares", lambda _, *given, log=made: log.append(1) or given[-1])
+            found = controller.step(q, stack, DT)
+        compiled += not made
+        wanted = step_of(numpy, robot, q, qdot, stack)
+        assert_same(found, wanted, noise, f"draw {draw}: {resolver}, {[[*map(type, level)] for level in stack]}")
+    assert compiled >= 0.75 * eligible > 0
+
+
+@pytest.mark.parametrize("acceleration", [np.inf, 5.0])
+def test_steps_of_a_run_are_those_of_numpy_where_singular_configurations_are_crossed(acceleration):
+    robot = rik.load("puma560")
+    limits = rik.JointLimits.of(robot, velocity=2.0, acceleration=acceleration)
+    stack = [[rik.TwistTask([0.0, 0.1, 0.0, 0.0, 0.3, 0.0])], [rik.PostureTask(robot.rest)]]
+    found, wanted = rik.VelocityController(robot, None, limits), by_numpy(robot, None, limits)
+    q = robot.configuration([0.2, -0.9, 1.0, 0.3, 0.0, 0.1])  # the wrist is singular
+    for _ in range(100):
+        one, other = found.step(q, stack, DT), wanted.step(q, stack, DT)
+        np.testing.assert_allclose(one.qdot, other.qdot, rtol=1e-7, atol=1e-9)
+        q = robot.integrate(q, DT * other.qdot)
+        found.qdot = other.qdot
+
+
+def test_every_task_of_the_package_has_a_compiled_form_but_those_with_a_memory():
+    robot = rik.load("panda")
+    kinds = [kind for name in dir(rik) if isinstance(kind := getattr(rik, name), type) and issubclass(kind, rik.Task)]
+    assert len(kinds) > 12
+    without = {kind for kind in kinds if "form" not in vars(kind)}
+    assert without - {rik.Task} == {rik.Reach}
+    assert form_of(HeightTask(0.3), robot) is None
+
+    class Own(rik.FrameTask):
+        def equation(self, robot, q, *, hessian=False):
+            return super().equation(robot, q + 0.1, hessian=hessian)
+
+    assert form_of(Own(robot.pose(robot.rest)), robot) is None  # its equation is another one
+
+
+def test_rows_of_own_tasks_and_motions_of_inverses_that_are_no_formula_take_part():
+    robot = rik.load("panda")
+    stack = [[HeightTask(0.3, weight=2.0), rik.DampingTask(weight=0.1)], [rik.PostureTask(robot.rest, gain=3.0)]]
+    for inverse in (rik.SDLS(), rik.Weighted(rik.JParse(), joint_weights=np.arange(1.0, 8.0)), rik.KelmarKhosla()):
+        resolver = rik.TaskPriority(inverse)
+        found, wanted = rik.VelocityController(robot, resolver), by_numpy(robot, resolver, None)
+        q = robot.rest + 0.1
+        for _ in range(5):
+            one, other = found.step(q, stack, DT), wanted.step(q, stack, DT)
+            assert_same(one, other, 0.0, str(inverse))
+            q = robot.integrate(q, DT * one.qdot)
+        assert found.compiled.program(q, [tuple(level) for level in stack], DT, found._begun(DT)) is not None
+
+
+def test_a_task_may_change_its_targets_gains_and_weight_but_not_unseen_its_frame_or_rows():
+    robot = rik.load("panda")
+    first = rik.FrameTask(robot.pose(robot.rest), gain=2.0)
+    target = robot.pose(robot.rest + 0.1)
+    for later in (
+        replace(first, target=target), replace(first, gain=7.0), replace(first, weight=3.0),
+        replace(first, max_linear=1e-3),
+        replace(first, feedforward=np.ones(6)), replace(first, rows=("x", "y")), replace(first, frame="panda_link5"),
+        replace(first, reference="target"), rik.PositionTask(target[:3, 3]),
+    ):  # fmt: skip
+        controller = rik.VelocityController(robot)
+        controller.step(robot.rest + 0.05, [[first], [rik.DampingTask()]], DT)
+        found = controller.step(robot.rest + 0.05, [[later], [rik.DampingTask()]], DT)
+        fresh = rik.VelocityController(robot)
+        fresh.reset(found.qdot)
+        wanted = rik.VelocityController(robot).step(robot.rest + 0.05, [[later], [rik.DampingTask()]], DT)
+        np.testing.assert_array_equal(found.qdot, wanted.qdot)
+
+
+def test_a_report_belongs_to_its_step_whenever_it_is_read():
+    robot = rik.load("panda")
+    controller, stack = rik.VelocityController(robot), [[rik.FrameTask(robot.pose(robot.rest + 0.3), gain=50.0)]]
+    first = controller.step(robot.rest, stack, DT)
+    later = controller.step(robot.rest + 0.2, stack, DT)
+    wanted = by_numpy(robot, None, None).step(robot.rest, stack, DT)
+    assert_same(first, wanted, 0.0, "first")
+    assert first.text == wanted.text
+    assert not np.array_equal(first.residual, later.residual)
+    assert not first.qdot.flags.writeable
+    copied = replace(first, qdot=later.qdot)
+    assert copied.levels is first.levels
+
+
+def test_bad_input_is_refused_as_by_numpy():
+    robot = rik.load("panda")
+    controller, stack = rik.VelocityController(robot), [[rik.FrameTask(robot.pose(robot.rest))]]
+    controller.step(robot.rest, stack, DT)
+    for bad in (np.full(7, np.nan), np.zeros(6), np.zeros((2, 7)), "q", np.full(7, np.inf)):
+        with pytest.raises(rik.InputError):
+            controller.step(bad, stack, DT)
+    for dt in (0.0, -1.0, np.nan, "1"):
+        with pytest.raises(rik.InputError, match="dt"):
+            controller.step(robot.rest, stack, dt)
+    np.testing.assert_array_equal(
+        controller.step(robot.rest.tolist(), stack, DT).qdot, controller.step(robot.rest, stack, DT).qdot
+    )
+    np.testing.assert_array_equal(controller.step(np.repeat(robot.rest, 2)[::2], stack, DT).qdot, controller.qdot)
+
+
+def test_programs_are_made_once_for_a_structure(monkeypatch):
+    robot, made = rik.load("panda"), []
+    of = control_program.ControlProgram.__init__
+    monkeypatch.setattr(
+        control_program.ControlProgram, "__init__", lambda self, *a, **k: made.append(1) or of(self, *a, **k)
+    )
+    controller = rik.VelocityController(robot)
+    for i in range(6):
+        frame = [rik.FrameTask(robot.pose(robot.rest + 0.01 * i), gain=1.0 + i)]
+        stack = [frame] if i % 2 else [frame, [rik.PostureTask(robot.rest)]]
+        controller.step(robot.rest, stack, DT)
+    assert len(made) == 2
+
+
+def test_two_frames_and_a_relative_task_of_a_tree_of_two_arms():
+    robot = rik.load("baxter", tip="left_gripper", whole_tree=True)
+    left, right = "left_gripper", "right_gripper"
+    rng, q = np.random.default_rng(2), robot.rest
+    goal = robot.configuration(robot.joint_values(q) + 0.2 * rng.normal(size=robot.n))
+    both = np.linalg.inv(robot.pose(goal, left)) @ robot.pose(goal, right)
+    stack = [
+        [rik.RelativeTask(right, left, both, gain=5.0)],
+        [rik.FrameTask(robot.pose(goal, left), frame=left), rik.PositionTask(np.ones(3), frame=right)],
+        [rik.PostureTask(robot.rest)],
+    ]  # fmt: skip
+    assert_same(
+        rik.VelocityController(robot).step(q, stack, DT),
+        by_numpy(robot, None, None).step(q, stack, DT),
+        0.0,
+        "two arms",
+    )

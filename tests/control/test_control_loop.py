@@ -1,0 +1,221 @@
+"""ControlLoop: the steps of a controller, prepared."""
+
+import gc
+import tracemalloc
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+import robust_ik as rik
+from robust_ik.inverses.task_equation import TaskEquation
+
+DT = 0.01
+ROBOT = rik.load("panda")
+GOAL = ROBOT.pose(ROBOT.configuration(ROBOT.joint_values(ROBOT.rest) + 0.3))
+STACK = [[rik.FrameTask(GOAL, gain=5.0, max_linear=0.1)], [rik.PostureTask(ROBOT.rest)]]
+
+
+@dataclass(frozen=True, eq=False)
+class HeightTask(rik.Task):
+    height: float
+
+    def equation(self, robot, q, *, hessian=False):
+        error = np.array([self.height - robot.pose(q)[2, 3]])
+        return TaskEquation(robot.jacobian(q, rows=("z",)), error, error, None, self.weight)
+
+
+def run_of(controller, stack, steps=100):
+    """Velocities of a run of a controller."""
+    q, found = ROBOT.rest.copy(), []
+    for _ in range(steps):
+        found.append(controller.step(q, stack, DT).qdot)
+        q = ROBOT.integrate(q, DT * found[-1])
+    return np.array(found)
+
+
+def run_of_loop(loop, steps=100):
+    q, found, qdot = ROBOT.rest.copy(), [], np.empty(ROBOT.n)
+    for _ in range(steps):
+        assert loop.step(q, qdot) is qdot
+        found.append(qdot.copy())
+        q = ROBOT.integrate(q, DT * qdot)
+    return np.array(found)
+
+
+LIMITS = {
+    "joints": rik.JointLimits.of(ROBOT),
+    "acceleration": rik.JointLimits.of(ROBOT, acceleration=2.0),
+    "none": (),
+    "collisions": [rik.JointLimits.of(ROBOT), rik.CollisionLimit.of(ROBOT)],
+    "collisions first": [rik.CollisionLimit.of(ROBOT), rik.JointLimits.of(ROBOT)],
+}
+RESOLVERS = {
+    "default": None,
+    "saturation": rik.TaskPriority(rik.DampedLeastSquares(), rik.Saturation()),
+    "no formula": rik.TaskPriority(rik.SDLS()),
+    "memory": rik.TaskPriority(rik.FilteredInverse()),
+    "hessians": rik.TaskReconstruction(bound=0.05),
+    "weighted": rik.WeightedPriority(),
+}
+
+
+@pytest.mark.parametrize("limits", LIMITS)
+@pytest.mark.parametrize("resolver", RESOLVERS)
+def test_its_steps_are_those_of_the_controller(resolver, limits):
+    controller = rik.VelocityController(ROBOT, RESOLVERS[resolver], LIMITS[limits])
+    for stack in (STACK, [[HeightTask(0.3), rik.DampingTask(weight=0.1)], [rik.PostureTask(ROBOT.rest)]]):
+        loop = rik.ControlLoop(controller, stack, DT)
+        np.testing.assert_array_equal(run_of_loop(loop, 40), run_of(controller, stack, 40))
+        controller.reset()
+        assert loop.report.status in rik.Status
+    plain = resolver in ("default", "saturation") and "collisions" not in limits
+    assert rik.ControlLoop(controller, STACK, DT).compiled == plain
+
+
+def test_its_last_steps_are_remembered_for_acceleration_limits_and_for_reset():
+    controller = rik.VelocityController(ROBOT, None, LIMITS["acceleration"])
+    loop = rik.ControlLoop(controller, STACK, DT)
+    first = run_of_loop(loop, 30)
+    assert np.abs(np.diff(first, axis=0)).max() <= 2.0 * DT + 1e-9
+    assert not np.array_equal(run_of_loop(loop, 30), first)  # in motion
+    loop.reset()
+    np.testing.assert_array_equal(run_of_loop(loop, 30), first)
+    loop.reset(np.full(7, 0.1))
+    assert np.abs(loop.step(ROBOT.rest) - 0.1).max() <= 2.0 * DT + 1e-9
+
+
+NUMBERS = [
+    (rik.FrameTask(GOAL), {"target": ROBOT.pose(ROBOT.rest), "gain": 3.0, "max_linear": 0.01, "max_angular": 0.2,
+                           "feedforward": np.arange(6) / 10, "weight": 2.0}),
+    (rik.FrameTask(GOAL, reference="target", rows=("x", "y", "wx", "wz")), {"target": ROBOT.pose(ROBOT.rest)}),
+    (rik.RelativeTask(ROBOT.tip, "panda_link3", np.eye(4)), {"target": GOAL, "feedforward": np.ones(6), "gain": 2.0}),
+    (rik.PositionTask(GOAL[:3, 3]), {"target": [0.3, 0.1, 0.5], "feedforward": [0.1, 0.0, 0.2], "gain": 9.0}),
+    (rik.OrientationTask(GOAL[:3, :3]), {"target": np.eye(3), "feedforward": [0.1, 0.0, 0.2], "max_angular": 0.1}),
+    (rik.TwistTask(np.zeros(6)), {"twist": np.arange(6) / 5, "weight": 3.0}),
+    (rik.DirectionTask([0, 0, 1], [1, 0, 0]), {"axis": [0.6, 0.8, 0], "direction": [0, 1, 0], "gain": 4.0}),
+    (rik.PostureTask(ROBOT.rest), {"target": ROBOT.rest + 0.1, "max_speed": 0.05, "gain": 2.0}),
+    (rik.JointTask(ROBOT.joint_names[2], 0.1), {"target": [0.4], "gain": 3.0}),
+    (rik.JointRangeTask(margin=0.45), {"gain": 3.0, "max_speed": 0.1}),
+    (rik.SingularValueTask(), {"gain": 2.0, "threshold": 0.9, "max_speed": 0.2}),
+    (rik.ManipulabilityTask(threshold=0.5), {"threshold": 0.3, "weight": 2.0}),
+    (rik.DampingTask(), {"weight": 4.0}),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("task, numbers", NUMBERS, ids=lambda each: type(each).__name__)
+def test_what_is_set_in_place_is_what_a_new_task_would_have(task, numbers):
+    rest = rik.DampingTask(weight=0.3)
+    q, controller = ROBOT.rest + 0.05, rik.VelocityController(ROBOT)
+    loop = rik.ControlLoop(controller, [[task, rest]], DT)
+    for name, value in numbers.items():
+        setattr(loop.tasks[0][0], name, value)
+        np.testing.assert_array_equal(getattr(loop.tasks[0][0], name), value)
+    wanted = controller.step(q, [[replace(task, **numbers), rest]], DT)
+    np.testing.assert_array_equal(loop.step(q), wanted.qdot)
+    # NumPy makes the step with the same numbers.
+    loop.reset()
+    loop.controller.compiled.step = lambda *_: None
+    loop._run = lambda *_: -1
+    np.testing.assert_allclose(loop.step(q), wanted.qdot, rtol=1e-9, atol=1e-12)
+
+
+def test_targets_of_continuous_joints_are_joint_values():
+    robot = rik.load("kinova")
+    stack = [[rik.PostureTask(robot.rest, joints=robot.joint_names[:3])]]
+    loop, values = rik.ControlLoop(rik.VelocityController(robot), stack, DT), robot.joint_values(robot.rest)
+    values[:3] += 0.4
+    loop.tasks[0][0].target[:] = values[:3]
+    wanted = rik.VelocityController(robot).step(
+        robot.rest, [[replace(stack[0][0], target=robot.configuration(values))]], DT
+    )
+    np.testing.assert_allclose(loop.step(robot.rest), wanted.qdot, atol=1e-12)
+    loop._run = lambda *_: -1
+    loop.reset()
+    np.testing.assert_allclose(loop.step(robot.rest), wanted.qdot, atol=1e-12)
+
+
+def test_what_cannot_be_set_is_refused_and_nothing_is_changed():
+    loop = rik.ControlLoop(rik.VelocityController(ROBOT), [*STACK, [HeightTask(0.3)]], DT)
+    task = loop.tasks[0][0]
+    before = task.target.copy()
+    for name, value in (("gain", 0.0), ("gain", np.nan), ("target", np.eye(3)), ("target", "x"), ("weight", np.inf)):
+        with pytest.raises(rik.InputError, match=name):
+            setattr(task, name, value)
+    with pytest.raises(rik.InputError, match="feedforward"):
+        task.feedforward = np.full(6, np.nan)
+    with pytest.raises(AttributeError, match="'frame' can be set of FrameTask"):
+        task.frame = "panda_link3"
+    with pytest.raises(AttributeError, match="HeightTask has no compiled form"):
+        loop.tasks[2][0].height = 2.0
+    np.testing.assert_array_equal(task.target, before)
+    assert "target" in dir(task)
+
+
+def test_what_is_no_number_and_no_pose_is_refused_in_a_step():
+    loop, out = rik.ControlLoop(rik.VelocityController(ROBOT), STACK, DT), np.zeros(7)
+    with pytest.raises(rik.InputError, match="before the first step"):
+        loop.report  # noqa: B018
+    for bad in (np.full(7, np.nan), np.zeros(6), np.zeros((7, 1)), "q"):
+        with pytest.raises(rik.InputError):
+            loop.step(bad, out)
+    for wrong in (np.zeros(6), np.zeros(7, dtype=np.float32), np.zeros((2, 7))[:, 0], [0.0] * 7):
+        with pytest.raises(rik.InputError, match="out"):
+            loop.step(ROBOT.rest, wrong)
+    target = loop.tasks[0][0].target
+    for bad in (np.nan, 2.0):
+        target[0, 0] = bad
+        with pytest.raises(rik.InputError, match="target"):
+            loop.step(ROBOT.rest, out)
+        assert not out.any()
+    target[:] = GOAL
+    twist = rik.ControlLoop(rik.VelocityController(ROBOT), [[rik.TwistTask(np.zeros(6))]], DT)
+    twist.tasks[0][0].twist[3] = np.inf
+    with pytest.raises(rik.InputError, match="twist"):
+        twist.step(ROBOT.rest)
+    direction = rik.ControlLoop(rik.VelocityController(ROBOT), [[rik.DirectionTask([0, 0, 1], [0, 1, 0])]], DT)
+    direction.tasks[0][0].direction[0] = 1.0  # not of length 1 any more: NumPy makes it so
+    wanted = rik.VelocityController(ROBOT).step(ROBOT.rest, [[rik.DirectionTask([0, 0, 1], [1, 1, 0])]], DT).qdot
+    np.testing.assert_allclose(direction.step(ROBOT.rest), wanted, atol=1e-12)
+
+
+def test_other_arrays_than_contiguous_doubles_are_converted():
+    loop = rik.ControlLoop(rik.VelocityController(ROBOT), STACK, DT)
+    wanted = loop.step(ROBOT.rest)
+    for q in (ROBOT.rest.tolist(), np.repeat(ROBOT.rest, 2)[::2], tuple(ROBOT.rest)):
+        loop.reset()
+        np.testing.assert_array_equal(loop.step(q), wanted)
+
+
+def test_a_step_allocates_nothing():
+    loop, q, out = rik.ControlLoop(rik.VelocityController(ROBOT), STACK, DT), ROBOT.rest.copy(), np.empty(7)
+    loop.step(q, out)
+    gc.collect()
+    gc.disable()
+    tracemalloc.start()
+    try:
+        before = tracemalloc.take_snapshot()
+        for _ in range(1000):
+            loop.step(q, out)
+        after = tracemalloc.take_snapshot()
+    finally:
+        tracemalloc.stop()
+        gc.enable()
+    ours = [each for each in after.compare_to(before, "filename") if "robust_ik" in each.traceback[0].filename]
+    assert sum(each.size_diff for each in ours) < 1000  # not one number a step
+
+
+def test_it_drives_a_task_that_remembers():
+    reach = rik.Reach(GOAL, gain=5.0, max_linear=0.2, max_angular=1.0)
+    loop, q = rik.ControlLoop(rik.VelocityController(ROBOT), reach, DT), ROBOT.rest.copy()
+    assert not loop.compiled
+    for _ in range(600):
+        q = ROBOT.integrate(q, DT * loop.step(q))
+    assert reach.state == "arrived"
+
+
+def test_it_takes_a_controller():
+    with pytest.raises(rik.InputError, match="must be a VelocityController"):
+        rik.ControlLoop(ROBOT, STACK, DT)
+    with pytest.raises(rik.InputError, match="dt"):
+        rik.ControlLoop(rik.VelocityController(ROBOT), STACK, 0.0)
