@@ -35,6 +35,9 @@ def as_array(value: ArrayLike, name: str, shape: tuple[int | None, ...], *, fini
     Raises:
         InputError: The value is not real numbers, has another shape, or holds NaN or infinity.
     """
+    plain = type(value) is np.ndarray and value.dtype == np.float64 and value.shape[value.ndim - len(shape) :] == shape
+    if plain and (not finite or np.isfinite(value).all()):
+        return np.asarray(value)
     try:
         array = np.asarray(value)
     except Exception:  # a foreign __array__ may raise anything
@@ -115,6 +118,8 @@ def check_leading_axes(first: str, a: tuple[int, ...], second: str, b: tuple[int
     Raises:
         InputError: They do not broadcast.
     """
+    if a == b:
+        return
     try:
         np.broadcast_shapes(a, b)
     except ValueError:

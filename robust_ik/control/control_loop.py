@@ -159,13 +159,13 @@ class ControlLoop:
 
     @property
     def report(self) -> Resolution:
-        """The report of the last step, made when it is asked for.
+        """The report of the last step; what it says of levels and limits is made when that is read.
 
         Raises:
             InputError: No step has been made.
         """
         if self._found is None and self._program is not None and self._program.made:
-            self._found = self.controller.compiled.report(self._program.snapshot(), None)
+            self._found = self.controller.compiled.unread(self._program, self._program.velocities, None)
         if self._found is None:
             raise InputError("there is no report before the first step")
         return self._found

@@ -126,6 +126,12 @@ class LazyResolution(Resolution):
         vars(found).update(qdot=qdot, _made=made)
         return found
 
+    @property
+    def unread(self) -> Callable[[], Resolution] | None:
+        """What makes the rest, as long as nobody has read it."""
+        made: Callable[[], Resolution] | None = vars(self).get("_made")
+        return made
+
     def __getattr__(self, name: str) -> Any:
         made = vars(self).pop("_made", None)
         if made is None or name not in ("levels", "active", "contradictions", "status"):

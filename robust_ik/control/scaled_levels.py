@@ -8,6 +8,7 @@ scale L, and results are multiplied by it.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +32,7 @@ class Units:
     length: float
     slides: NDArray[np.bool_]
 
-    @property
+    @cached_property
     def joints(self) -> Array:
         """The units of the joints, (n,)."""
         return np.where(self.slides, self.length, 1.0)

@@ -5,23 +5,22 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, overload
+from typing import overload
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.checks import Array, as_measures, checked_parameter, readonly
+from robust_ik.checks import Array, as_measures, checked_parameter
 from robust_ik.checks.public_arguments import checked
+from robust_ik.control.control_loop import ControlLoop
 from robust_ik.control.limits import Limit
 from robust_ik.control.resolution import Resolution
-from robust_ik.control.resolvers import Resolver, TaskPriority
-from robust_ik.control.tasks import FrameTask, Levels, checked_stack, pose_error
+from robust_ik.control.tasks import Levels, checked_stack
 from robust_ik.control.velocity_controller import VelocityController
 from robust_ik.errors import InputError
-from robust_ik.kinematics.svd import length, svd
-from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.robot.robot import Robot
 from robust_ik.runtime.progress import ProgressCallback, progress_bar
+from robust_ik.simulation.run_record import RunRecord
 from robust_ik.simulation.scenario import Method, Motion, Scenario
 from robust_ik.simulation.trajectory import Trajectory
 
@@ -110,16 +109,23 @@ def _run(
     controller: VelocityController, motion: Motion, q: Array, steps: int, dt: float, told: ProgressCallback
 ) -> Trajectory:
     robot, stack = controller.robot, _stack_at(motion, 0.0)
-    record = _Record(robot, steps, _watched(stack))
+    loop = None if callable(motion) else ControlLoop(controller, stack, dt)
+    record = RunRecord(controller if loop is None else loop.controller, steps, dt, stack)
     for i in range(steps):
         started = time.perf_counter()
-        resolution = controller.step(q, stack, dt)
-        record.seconds[i] = time.perf_counter() - started
-        record.write(i, i * dt, q, stack, resolution)
+        resolution = controller.step(q, stack, dt) if loop is None else _step_of(loop, q)
+        record.write(time.perf_counter() - started, q, stack, resolution)
         q = robot.integrate(q, dt * resolution.qdot)
-        stack = _stack_at(motion, (i + 1) * dt)
+        if callable(motion):
+            stack = _stack_at(motion, (i + 1) * dt)
         told(i + 1, steps)
-    return record.trajectory(controller.resolver, q, stack)
+    return record.trajectory(q, stack)
+
+
+def _step_of(loop: ControlLoop, q: Array) -> Resolution:
+    """The next step of a loop."""
+    loop.step(q)
+    return loop.report
 
 
 def _stack_at(motion: Motion, now: float) -> Levels:
@@ -138,80 +144,3 @@ def _number_of_steps(duration: float, dt: float) -> int:
     if steps > MAX_STEPS:
         raise InputError(f"{steps} steps are more than {MAX_STEPS}; take a larger dt")
     return steps
-
-
-def _watched(stack: Levels) -> FrameTask | None:
-    """The first task with a target pose, or None."""
-    return next((task for level in stack for task in level if isinstance(task, FrameTask)), None)
-
-
-def run_name(resolver: Resolver) -> str:
-    """The name of a run: the inverse, for a plain `TaskPriority` with one inverse for all levels; else the resolver."""
-    if isinstance(resolver, TaskPriority) and len(resolver.inverses) == 1:
-        return type(resolver.inverses[0]).__name__
-    return type(resolver).__name__
-
-
-class _Record:
-    """The arrays of a run, filled during the simulation."""
-
-    def __init__(self, robot: Robot, steps: int, task: FrameTask | None) -> None:
-        self.robot, self.steps = robot, steps
-        self.frame = (None if task is None else task.frame) or robot.tip or robot.frames[-1]
-        self.time, self.seconds = np.empty(steps), np.empty(steps)
-        self.q, self.qdot = np.empty((steps, robot.nq)), np.empty((steps, robot.n))
-        self.target, self.pose = np.empty((steps, 4, 4)), np.empty((steps, 4, 4))
-        self.error = np.zeros((steps, 6))
-        self.sigma = np.empty((steps, min(len(robot.rows), robot.n)))
-        self.levels = {
-            name: np.full((steps, 0), np.nan)
-            for name in ("scale", "residual", "manipulability", "smallest_level_sigma", "corank", "algorithmic")
-        }
-        self.status = np.empty(steps, dtype=object)
-        self.active: list[tuple[str, ...]] = []
-        self.contradictions: list[tuple[str, ...]] = []
-
-    def write(self, i: int, now: float, q: Array, stack: Levels, resolution: Resolution) -> None:
-        self.time[i], self.q[i], self.qdot[i] = now, q, resolution.qdot
-        self.pose[i], self.target[i], self.error[i] = self._where(q, stack)
-        self.sigma[i] = svd(self.robot.jacobian(q, self.frame)).s
-        self.status[i] = resolution.status
-        self.active.append(resolution.active)
-        self.contradictions.append(resolution.contradictions)
-        for index, level in enumerate(resolution.levels):
-            smallest = level.sigma[-1] if len(level.sigma) else np.nan
-            residual = length(level.residual)
-            values = (level.scale, residual, level.manipulability, smallest, level.corank, level.algorithmic)
-            for name, value in zip(self.levels, values):
-                if index >= self.levels[name].shape[1]:
-                    self.levels[name] = np.pad(self.levels[name], ((0, 0), (0, 1)), constant_values=np.nan)
-                self.levels[name][i, index] = value
-
-    def _where(self, q: Array, stack: Levels) -> tuple[Array, Array, Array]:
-        """Pose, target and error, (6,), of the watched frame at q."""
-        pose, error = self.robot.pose(q, self.frame), np.zeros(6)
-        task = _watched(stack)
-        if task is None or (task.frame or self.frame) != self.frame:
-            return pose, pose, error
-        rows = task.rows or (self.robot.rows if task.frame in (None, self.robot.tip) else ROWS)
-        kept = [ROWS.index(row) for row in rows] if task.reference == "world axes" else slice(None)
-        error[kept] = pose_error(pose, task.target)[kept]
-        return pose, task.target, error
-
-    def trajectory(self, resolver: Resolver, q: Array, stack: Levels) -> Trajectory:
-        names = ("time", "q", "qdot", "target", "pose", "error", "sigma")
-        arrays: dict[str, Any] = {name: readonly(getattr(self, name)) for name in names}
-        self.status.setflags(write=False)
-        return Trajectory(
-            robot=self.robot,
-            resolver=resolver,
-            name=run_name(resolver),
-            **arrays,
-            **{name: readonly(values) for name, values in self.levels.items()},
-            status=self.status,
-            active=tuple(self.active),
-            contradictions=tuple(self.contradictions),
-            seconds_per_step=float(np.median(self.seconds)),
-            final_q=readonly(q),
-            final_error=readonly(self._where(q, stack)[2]),
-        )

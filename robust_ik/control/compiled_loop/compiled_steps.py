@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,6 +12,7 @@ from robust_ik.checks import Array, checked_parameter
 from robust_ik.control.bounds import Bounds
 from robust_ik.control.compiled_loop.control_program import ControlProgram, Snapshot, fits, form_of
 from robust_ik.control.compiled_loop.level_walk import walks
+from robust_ik.control.compiled_loop.step_reports import StepReports, reports_of
 from robust_ik.control.limits import CollisionLimit, JointLimits, Limit
 from robust_ik.control.resolution import LazyResolution, Resolution
 from robust_ik.control.resolvers import PriorityResolver, Resolver
@@ -30,6 +31,25 @@ ATTEMPTS = 4
 ROOM = 64
 """Room for rows of bounds at first; more is made when it is needed. Chosen: arms near obstacles have up to a few dozen.
 """
+
+
+@dataclass(frozen=True, eq=False)
+class UnreadReport:
+    """The report of a step that nobody has read yet; call it to make it.
+
+    Attributes:
+        steps: What has made the step.
+        left: What it has left on its program's desk.
+        rows: The bounds of limits that are not computed in compiled code.
+    """
+
+    steps: CompiledSteps
+    left: Snapshot
+    rows: Bounds | None
+
+    def __call__(self) -> Resolution:
+        """The report."""
+        return self.steps.report(self.left, self.rows)
 
 
 class CompiledSteps:
@@ -51,6 +71,13 @@ class CompiledSteps:
         self._watching = [limit for limit in self.limits if type(limit).tightened is not Limit.tightened]
         self._room = ROOM if self._others else 0
         self._programs: list[ControlProgram] = []
+
+    def reports(self, unread: Sequence[UnreadReport]) -> StepReports | None:
+        """The reports of steps of one program, or None if they have rows of bounds or are of several programs."""
+        program = unread[0].left.program
+        if any(each.rows is not None or each.left.program is not program for each in unread):
+            return None
+        return reports_of(self.robot, self._joint, [each.left for each in unread])
 
     @property
     def asks_outside(self) -> bool:
@@ -93,8 +120,18 @@ class CompiledSteps:
             program.keep()
         elif not self._within_rows(program, q, out, rows, previous):
             return None
-        out.flags.writeable = False
-        return LazyResolution.of(out, partial(self.report, program.snapshot(), rows))
+        return self.unread(program, out, rows)
+
+    def unread(self, program: ControlProgram, qdot: Array, rows: Bounds | None) -> Resolution:
+        """The resolution of the step that is on a program's desk, whose report is made when it is read.
+
+        Args:
+            program: The program.
+            qdot: The velocities, (n,); they become read-only.
+            rows: The bounds of limits that are not computed in compiled code.
+        """
+        qdot.flags.writeable = False
+        return LazyResolution.of(qdot, UnreadReport(self, program.snapshot(), rows))
 
     def program(self, q: ArrayLike, levels: Levels, dt: float, resolver: Resolver) -> ControlProgram | None:
         """The program of a stack with its present tasks; None if it has none."""

@@ -307,6 +307,11 @@ class ControlProgram(LevelWalk):
         return bool(self.program[slots.MADE])
 
     @property
+    def velocities(self) -> Array:
+        """The velocities of the step on the desk, (n,), as a copy."""
+        return self.qdot.copy() if self._units.length == 1.0 else self.qdot * self._units.joints
+
+    @property
     def last(self) -> Array:
         """The last velocities, (n,), as a copy."""
         return self._last * self._units.joints

@@ -155,8 +155,8 @@ def _compiled(n: int) -> tuple[Step, Step, Step]:
         if n <= 8
         else (step_entries.step_16, step_entries.beside_16, step_entries.steps_16)
     )
-    step, beside, steps = (kernel.compiled for kernel in kernels)
-    return step, beside, steps
+    step, beside, steps = kernels
+    return step.compiled, beside, steps  # the last two are compiled when they are first called
 
 
 def _half_compiled(inverse: SingularValueFilter, size: tuple[int, int, int], joints: Array | None) -> tuple[Step, Step]:

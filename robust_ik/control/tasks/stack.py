@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import reprlib
 from collections.abc import Sequence
+from typing import Any
 
 from robust_ik.control.tasks.base import Task
 from robust_ik.errors import InputError
@@ -15,7 +16,7 @@ Levels = tuple[tuple[Task, ...], ...]
 """A stack that has been checked."""
 
 
-def checked_levels(name: str, levels: object) -> Levels:
+def checked_levels(name: str, levels: Any) -> Levels:
     """Levels of tasks as tuples, possibly none.
 
     Args:
@@ -25,6 +26,8 @@ def checked_levels(name: str, levels: object) -> Levels:
     Raises:
         InputError: They are no list of lists of tasks; the message says which entry is wrong.
     """
+    if type(levels) in (list, tuple) and _are_plain(levels):  # in a loop this is asked at every step
+        return tuple(map(tuple, levels))
     if isinstance(levels, (list, tuple)) and levels and all(isinstance(each, Task) for each in levels):
         return (tuple(levels),)
     if not isinstance(levels, (list, tuple)):
@@ -38,6 +41,23 @@ def checked_levels(name: str, levels: object) -> Levels:
             if not isinstance(task, Task):
                 raise InputError(f"{name} must hold tasks, got {reprlib.repr(task)}")
     return tuple(tuple(level) for level in levels)
+
+
+def _are_plain(levels: Sequence[Any]) -> bool:
+    """Whether they are lists or tuples of tasks whose classes have been seen before."""
+    for level in levels:
+        if type(level) not in (list, tuple) or not level:
+            return False
+        for task in level:
+            if type(task) not in _SEEN:
+                if not isinstance(task, Task):
+                    return False
+                _SEEN.add(type(task))
+    return True
+
+
+_SEEN: set[type] = set()
+"""Classes of tasks that have been seen: to look here is faster than to ask an abstract class."""
 
 
 def checked_stack(stack: Stack | Task) -> Levels:
