@@ -17,6 +17,7 @@ import numpy as np
 from rich.progress import Progress
 
 import robust_ik as rik
+from robust_ik.control.compiled_loop.level_walk import walks
 from robust_ik.control.limits import HalfSpace, Obstacle
 from robust_ik.description.joint_tree import Box, Sphere
 from tests import closed_loop
@@ -291,9 +292,62 @@ def soak_loops(wanted, seed, pool):
     return len(broken)
 
 
+SIDE_BY_SIDE, EACH = 50, 400
+"""Runs from one stack, and steps of each."""
+
+
+def prepared(steps, seed):
+    """How many steps of prepared loops, many runs side by side, were made; what broke a limit is in the message."""
+    rng, made = np.random.default_rng(seed), 0
+    robots = itertools.cycle(load_robots())
+    while made < steps:
+        robot = next(robots)
+        limits, resolver = random_limits(robot, rng), LOOPED[rng.integers(len(LOOPED))]
+        dt = float(rng.choice([1e-3, 1e-2, 0.1]))
+        loop = rik.ControlLoop(rik.VelocityController(robot, resolver, limits), random_stack(robot, rng), dt)
+        if not loop.compiled:
+            continue
+        starts = np.array([random_start(robot, limits, rng) for _ in range(SIDE_BY_SIDE)])
+        found = loop.runs(starts, EACH)
+        check_runs(robot, limits, dt, starts, found, f"{robot.name}, {resolver}, dt {dt}, {loop.tasks}")
+        made += SIDE_BY_SIDE * EACH
+    return made
+
+
+def check_runs(robot, limits, dt, starts, found, where):
+    """Every promise about joint limits, for every step of many runs."""
+    assert np.isfinite(found.qdot).all(), f"not finite: {where}"
+    assert (np.abs(found.qdot) <= limits.velocity + TOLERANCE).all(), f"speed: {where}"
+    q = np.concatenate([starts[:, None], found.q], axis=1)
+    out = outside(robot, limits, q)
+    assert (out[:, 1:] <= np.maximum(out[:, :-1], 0) + TOLERANCE).all(), f"position: {where}"
+    before = np.concatenate([np.zeros_like(found.qdot[:, :1]), found.qdot[:, :-1]], axis=1)
+    hurried = np.abs(found.qdot - before) > limits.acceleration * dt + TOLERANCE
+    for run, step, joint in zip(*np.nonzero(hurried)):  # only where position or speed, which are stronger, need it
+        bounds = limits.bounds(robot, q[run, step], before[run, step], dt)
+        assert f"{robot.joint_names[joint]} acceleration" in bounds.contradictions, f"acceleration: {where}"
+
+
+LOOPED = [each for each in RESOLVERS if walks(each) and not each.needs_hessian]
+"""Resolvers that a prepared loop may make in one call."""
+
+
+def soak_prepared(wanted, seed, pool):
+    sizes = [min(20 * CHUNK, wanted - done) for done in range(0, wanted, 20 * CHUNK)]
+    counts, started = 0, time.perf_counter()
+    with Progress() as bar:
+        task = bar.add_task("prepared steps", total=wanted)
+        for size, made in zip(sizes, pool.map(prepared, sizes, np.random.SeedSequence(seed).spawn(len(sizes)))):
+            counts += made
+            bar.update(task, advance=size)
+    seconds = time.perf_counter() - started
+    print(f"{counts:,} steps of prepared loops in {seconds:.0f} s, no promise broken")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--steps", type=int, default=1_000_000)
+    parser.add_argument("--prepared", type=int, default=10_000_000, help="steps of prepared loops, many side by side")
     parser.add_argument("--loops", type=int, default=20_000, help="whole motions")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="processes")
@@ -301,6 +355,8 @@ def main():
     with ProcessPoolExecutor(arguments.jobs) as pool:
         if arguments.steps:
             soak_steps(arguments.steps, arguments.seed, pool)
+        if arguments.prepared:
+            soak_prepared(arguments.prepared, arguments.seed, pool)
         return int(arguments.loops and soak_loops(arguments.loops, arguments.seed, pool) > 0)
 
 

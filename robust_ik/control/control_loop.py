@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,10 +12,12 @@ from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, as_measures, checked_out, checked_parameter
 from robust_ik.control.compiled_loop.control_program import ControlProgram, Place
+from robust_ik.control.compiled_loop.many_runs import MOST_SEED, LoopRuns, RunPlan, make_runs, places_of
 from robust_ik.control.resolution import Resolution
 from robust_ik.control.tasks import Levels, Stack, Task, checked_stack
 from robust_ik.control.velocity_controller import VelocityController
 from robust_ik.errors import InputError, suggest
+from robust_ik.inverses.weighted import check_whole
 from robust_ik.kernels.control.control_layout import BEGIN, DONE, UNLIKE
 
 
@@ -156,6 +160,91 @@ class ControlLoop:
             self._found = None
             return out
         return self._otherwise(q, out)
+
+    def runs(
+        self,
+        q: ArrayLike,
+        steps: int,
+        *,
+        every: int = 1,
+        numbers: Mapping[tuple[int, int], Mapping[str, ArrayLike]] | None = None,
+        noise: float = 0.0,
+        lag: float = 0.0,
+        seed: int = 0,
+        threads: int = 1,
+    ) -> LoopRuns:
+        """Many runs from rest with the loop's present targets and gains, by explicit Euler steps.
+
+        The same bits for one run, for many, and on any number of threads. The loop's own run is not touched.
+
+        Args:
+            q: Starts, (N, nq).
+            steps: Number of steps of every run.
+            every: Every how many steps configuration and velocities are recorded.
+            numbers: What differs from run to run: by level and place of a task, its attributes as for `tasks`, with a
+                leading axis of N: `{(0, 0): {"target": poses}}`.
+            noise: Standard deviation of the measurement of every joint value, rad or m.
+            lag: Time constant with which the drives follow the velocities asked for, s.
+            seed: Of the noise.
+            threads: Number of threads; compiled code releases Python's lock.
+
+        Raises:
+            InputError: An argument is not valid.
+        """
+        robot = self.controller.robot
+        starts = as_measures(q, "q", (robot.nq,))
+        if starts.ndim != 2:
+            raise InputError(f"q must be starts of shape (N, {robot.nq}), got {starts.shape}")
+        robot.joint_values(starts)
+        check_whole("steps", steps, 1)
+        check_whole("every", every, 1)
+        check_whole("threads", threads, 1)
+        check_whole("seed", seed, 0)
+        noise, lag = checked_parameter("noise", noise, least=0), checked_parameter("lag", lag, least=0)
+        if self._program is None or not self.compiled:
+            raise InputError("many runs take a loop that is compiled; this one's rows or motions come from outside")
+        places, given = self._varied(numbers or {}, len(starts))
+        plan = RunPlan(
+            q=starts,
+            qdot=np.zeros((len(starts), robot.n)),
+            steps=int(steps),
+            every=int(every),
+            noise=noise,
+            share=1.0 if lag == 0.0 else -math.expm1(-self.dt / lag),
+            seeds=np.random.default_rng(seed).integers(MOST_SEED, size=len(starts)).astype(float),
+            places=places,
+            numbers=given,
+        )
+        return make_runs(self._program, plan, int(threads), partial(self._outside, plan))
+
+    def _varied(self, numbers: Mapping[tuple[int, int], Mapping[str, ArrayLike]], count: int) -> tuple[Array, Array]:
+        """Places in the program of what differs from run to run, (P,), and the numbers, (N, P)."""
+        places, values = [np.zeros(0)], [np.zeros((count, 0))]
+        for at, attributes in numbers.items():
+            try:
+                level, index = at
+                place: Place = vars(self.tasks[level][index])["_place"]
+            except (TypeError, ValueError, IndexError):
+                raise InputError(f"numbers are for tasks by level and place, such as (0, 0), got {at!r}") from None
+            for name, given in attributes.items():
+                if name not in place.numbers:
+                    raise InputError(_unknown(place, name))
+                view = place.numbers[name]
+                array = as_measures(given, name, (count, *view.shape))
+                places.append(places_of(view, place.program))
+                values.append(array.reshape(count, -1))
+        return np.concatenate(places), np.ascontiguousarray(np.concatenate(values, axis=1))
+
+    def _outside(self, plan: RunPlan, run: int, q: Array, last: Array, stopped: Array) -> tuple[Array, Array]:
+        """A step of one of many runs that compiled code has left."""
+        other = ControlLoop(self.controller, self._present(), self.dt)
+        program = other._program
+        if program is None:
+            raise InputError("a loop that was compiled is not any more")
+        program.program[plan.places.astype(int)] = plan.numbers[run]
+        program.put_memory(last, stopped)
+        out = other._otherwise(q, np.empty(len(last)))
+        return out, program.eased.copy()
 
     @property
     def report(self) -> Resolution:

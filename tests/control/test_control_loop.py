@@ -219,3 +219,82 @@ def test_it_takes_a_controller():
         rik.ControlLoop(ROBOT, STACK, DT)
     with pytest.raises(rik.InputError, match="dt"):
         rik.ControlLoop(rik.VelocityController(ROBOT), STACK, 0.0)
+
+
+RNG = np.random.default_rng(3)
+STARTS, TARGETS = ROBOT.random(RNG, 6), ROBOT.pose(ROBOT.random(RNG, 6))
+
+
+def test_many_runs_are_the_runs_one_by_one_to_the_bit_on_any_number_of_threads():
+    for limits in ("joints", "acceleration"):
+        for resolver in ("default", "saturation"):
+            controller = rik.VelocityController(ROBOT, RESOLVERS[resolver], LIMITS[limits])
+            loop, steps = rik.ControlLoop(controller, STACK, DT), 90
+            numbers = {(0, 0): {"target": TARGETS}, (1, 0): {"gain": np.full(6, 2.0)}}
+            found, threaded = (loop.runs(STARTS, steps, every=10, numbers=numbers, threads=each) for each in (1, 4))
+            np.testing.assert_array_equal(found.q, threaded.q)
+            np.testing.assert_allclose(found.time, DT * np.arange(10, 91, 10))
+            assert found.q.shape == found.qdot.shape == (6, 9, 7)
+            for run, (q, target) in enumerate(zip(STARTS, TARGETS)):
+                alone = rik.ControlLoop(controller, STACK, DT)
+                alone.tasks[0][0].target, alone.tasks[1][0].gain = target, 2.0
+                for _ in range(steps):
+                    qdot = alone.step(q)
+                    q = q + DT * qdot
+                np.testing.assert_array_equal(found.final_q[run], q)
+                np.testing.assert_array_equal(found.q[run, -1], q)
+                np.testing.assert_array_equal(found.qdot[run, -1], qdot)
+            np.testing.assert_array_equal(loop.tasks[0][0].target, GOAL)  # the loop's own is what it was
+
+
+def test_steps_that_numpy_has_to_make_take_part_in_many_runs():
+    """At a singular configuration the way up is left to NumPy."""
+    robot = rik.load("ur5")
+    stack = [[rik.SingularValueTask(max_speed=0.3)], [rik.PostureTask(robot.rest)]]
+    loop, q = rik.ControlLoop(rik.VelocityController(robot), stack, DT), np.zeros(6)
+    found = loop.runs(np.array([q, robot.rest]), 20, every=5)
+    assert loop.compiled
+    for _ in range(20):
+        q = robot.integrate(q, DT * loop.step(q))
+    np.testing.assert_allclose(found.final_q[0], q, atol=1e-12)
+
+
+def test_noise_and_lag_of_many_runs():
+    loop = rik.ControlLoop(rik.VelocityController(ROBOT), [[rik.PostureTask(ROBOT.rest, gain=10.0)]], DT)
+    noise, starts = 1e-3, np.repeat(ROBOT.rest[None], 200, axis=0)
+    found = loop.runs(starts, 100, noise=noise)
+    # With gain g and perfect drives, q ← q − g dt (q + e): its variance is noise² g dt / (2 − g dt).
+    wanted = noise * np.sqrt(0.1 / 1.9)
+    assert np.std(found.q[:, -1] - ROBOT.rest) == pytest.approx(wanted, rel=0.1)
+    assert abs(np.mean(found.q[:, 50:] - ROBOT.rest)) < wanted / 10
+    np.testing.assert_array_equal(loop.runs(starts[:1], 100, noise=noise).q, found.q[:1])
+    assert not np.array_equal(loop.runs(starts[:1], 100, noise=noise, seed=1).q, found.q[:1])
+    lagging = loop.runs(starts[:1] + 0.1, 100, lag=0.05)
+    first = 0.1 * (1 - (1 - np.exp(-DT / 0.05)) * 10.0 * DT)
+    np.testing.assert_allclose(lagging.q[0, 0] - ROBOT.rest, first, rtol=1e-9)
+
+
+def test_many_runs_of_continuous_joints_keep_their_circles():
+    robot = rik.load("kinova")
+    loop = rik.ControlLoop(rik.VelocityController(robot), [[rik.FrameTask(robot.pose(robot.rest), gain=3.0)]], DT)
+    starts = robot.random(np.random.default_rng(1), 3)
+    found, q = loop.runs(starts, 50, every=50), starts[1]
+    for _ in range(50):
+        q = robot.integrate(q, DT * loop.step(q))
+    np.testing.assert_allclose(found.final_q[1], q, atol=1e-9)
+    robot.joint_values(found.final_q)  # all are configurations
+
+
+def test_what_many_runs_cannot_take_is_refused():
+    loop = rik.ControlLoop(rik.VelocityController(ROBOT), STACK, DT)
+    for bad in (
+        {"q": ROBOT.rest}, {"q": STARTS[:, :6]}, {"q": STARTS * np.nan}, {"steps": 0}, {"every": 0}, {"threads": 0},
+        {"noise": -1.0}, {"lag": np.nan}, {"seed": -1}, {"numbers": {(0, 3): {}}}, {"numbers": {0: {}}},
+        {"numbers": {(0, 0): {"target": GOAL}}}, {"numbers": {(0, 0): {"frame": ["a"] * 6}}},
+    ):  # fmt: skip
+        with pytest.raises(rik.InputError):
+            loop.runs(**{"q": STARTS, "steps": 3, **bad})
+    with pytest.raises(rik.InputError, match="from outside"):
+        rik.ControlLoop(rik.VelocityController(ROBOT), [[HeightTask(0.3)]], DT).runs(STARTS, 3)
+    with pytest.raises(rik.InputError, match="rigid"):
+        loop.runs(STARTS, 3, numbers={(0, 0): {"target": np.full((6, 4, 4), 2.0)}})

@@ -136,3 +136,25 @@ def test_the_soak_of_motions_counts_what_comes_to_rest_and_tells_what_shakes(mon
     assert broken
     assert counts
     assert all("steady=True" in each for each in broken)
+
+
+def test_no_limit_is_broken_in_thousands_of_steps_of_prepared_loops():
+    assert soak.prepared(20_000, seed=3) >= 20_000
+
+
+@pytest.mark.parametrize("broken", ["not finite", "speed", "position", "acceleration"])
+def test_each_check_of_prepared_loops_can_fail(broken):
+    robot = rik.load("ur5")
+    limits = rik.JointLimits.of(robot, lower=-2.0, upper=2.0, velocity=1.0, acceleration=2.0)
+    goal = robot.configuration(np.full(6, 1.0))
+    loop = rik.ControlLoop(rik.VelocityController(robot, None, limits), [[rik.PostureTask(goal, gain=5.0)]], 0.01)
+    starts = np.zeros((3, 6))
+    found = loop.runs(starts, 50)
+    soak.check_runs(robot, limits, 0.01, starts, found, "")
+    q, qdot = found.q.copy(), found.qdot.copy()
+    if broken == "position":
+        q[1, 20, 3] = 2.1
+    else:
+        qdot[1, 20, 3] = {"not finite": np.nan, "speed": 1.1, "acceleration": -0.5}[broken]
+    with pytest.raises(AssertionError, match=broken):
+        soak.check_runs(robot, limits, 0.01, starts, dataclasses.replace(found, q=q, qdot=qdot), "")

@@ -5,8 +5,11 @@ Tasks and limits without a compiled form take part with the rows and bounds that
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
+from operator import attrgetter
+from typing import Any
 
 import numpy as np
 
@@ -46,8 +49,8 @@ class Place:
         level: Its level.
         rows: Its rows of the level.
         given: Whether its rows come from its `equation`.
+        program: The whole program.
         numbers: What may change of it, by name, as views of the record.
-        filled: The record as its task has filled it.
     """
 
     task: Task
@@ -55,20 +58,26 @@ class Place:
     level: int
     rows: slice
     given: bool
+    program: Array
     numbers: dict[str, Array] = field(init=False)
-    filled: Array = field(init=False)
 
     def __post_init__(self) -> None:
-        table = {} if self.given else type(self.task).numbers
-        self.filled = self.record
+        kind = type(self.task)
+        table = {} if self.given else kind.numbers
         self.numbers = {name: each.view(self.record) for name, each in table.items()}
+        self._plain = kind.number is Task.number
+        self._single = [(each.begin, name) for name, each in table.items() if each.shape == ()]
+        self._others = [(view, name) for name, view in self.numbers.items() if view.ndim]
+        self._form: Callable[[Task], Any] = attrgetter(*kind.structural) if kind.structural else type
 
     def fill(self, robot: Robot) -> None:
         """Writes what may change of the task into the record."""
-        task = self.task
-        for name, view in self.numbers.items():
-            view[...] = task.number(name, robot)
-        self.filled = self.record.copy()
+        task, record = self.task, self.record
+        told = partial(getattr, task) if self._plain else partial(task.number, robot)
+        for index, name in self._single:
+            record[index] = told(name)
+        for view, name in self._others:
+            view[...] = told(name)
 
     def present(self, robot: Robot) -> Task:
         """The task with the numbers that its record has now.
@@ -76,17 +85,16 @@ class Place:
         Raises:
             InputError: They are not valid.
         """
-        if self.given or np.array_equal(self.record, self.filled):
+        if all(np.array_equal(view, self.task.number(robot, name)) for name, view in self.numbers.items()):
             return self.task
         told = {name: view.copy() if view.ndim else float(view) for name, view in self.numbers.items()}
         return self.task.with_numbers(robot, told)
 
     def alike(self, task: Task) -> bool:
         """Whether another task has the same form."""
-        kind = type(task)
-        if kind is not type(self.task):
+        if type(task) is not type(self.task):
             return False
-        return all(getattr(task, name) == getattr(self.task, name) for name in kind.structural)
+        return bool(self._form(task) == self._form(self.task))
 
 
 @dataclass(eq=False)
@@ -143,6 +151,7 @@ class ControlProgram(LevelWalk):
     Attributes:
         places: The tasks' places in the program, level by level.
         dt: Length of a step, s.
+        robot: The robot.
     """
 
     def __init__(
@@ -169,7 +178,8 @@ class ControlProgram(LevelWalk):
             forms: The forms of the tasks.
             room: Room for this many rows of bounds.
         """
-        self._robot, self._levels, self._limits, self._units, self._forms = robot, levels, limits, units, forms
+        self.robot, self.dt = robot, dt
+        self._levels, self._limits, self._units, self._forms = levels, limits, units, forms
         self._frames = dict.fromkeys(
             robot.tip if each is None else each
             for level in self._forms
@@ -178,13 +188,12 @@ class ControlProgram(LevelWalk):
             if form.framed
         )
         self.places: list[list[Place]] = []
-        self.dt = dt
         super().__init__(resolver, robot.n, [sum(form.height for form in level) for level in self._forms], dt, room)
         self._place_tasks()
 
     def _further(self, size: int, head: Array) -> list[Array]:
         """Joints, frames, chains, joint limits and tasks; see `LevelWalk._further`."""
-        robot, parts = self._robot, []
+        robot, parts = self.robot, []
 
         def add(part: Array) -> int:
             nonlocal size
@@ -213,7 +222,7 @@ class ControlProgram(LevelWalk):
 
     def _more_room(self) -> list[tuple[int, int]]:
         first = int(self.program[slots.FRAME])
-        asked = [(slots.ASKED, self._robot.nq), (slots.BEFORE, self._robot.n)]
+        asked = [(slots.ASKED, self.robot.nq), (slots.BEFORE, self.robot.n)]
         return asked + [(first + 2 * index + 1, size) for index, size in enumerate(self._frame_sizes)]
 
     def _place_tasks(self) -> None:
@@ -224,22 +233,22 @@ class ControlProgram(LevelWalk):
             for task, form, at in zip(tasks, forms, places):
                 record = self.program[at : at + len(form.record)]
                 if form.framed:
-                    record[slots.PLACE] = names.index(form.frame or self._robot.tip)
+                    record[slots.PLACE] = names.index(form.frame or self.robot.tip)
                     if record[slots.KIND] == slots.POSE:
                         record[slots.ROOT] = -1 if form.root is None else names.index(form.root)
                 given = record[slots.KIND] == slots.GIVEN
-                made.append(Place(task, record, level, slice(row, row + form.height), bool(given)))
-                made[-1].fill(self._robot)
+                made.append(Place(task, record, level, slice(row, row + form.height), bool(given), self.program))
+                made[-1].fill(self.robot)
                 row += form.height
             self.places.append(made)
         self._units_of_rows = [self._row_units(level) for level in range(len(self._levels))]
         self.eased_limiters = self.resolver.eased[: len(self.levels)]
-        self._last = self.view(slots.LAST, self._robot.n)
+        self._last = self.view(slots.LAST, self.robot.n)
         if self._limits is None:
-            self.put_bounds(Bounds.free(self._robot.n))
+            self.put_bounds(Bounds.free(self.robot.n))
         self.given = [place for level in self.places for place in level if place.given]
         if self._limits is not None:
-            self.view(slots.SPEEDS, self._robot.n)[:] = self._limits.velocity / self._units.joints
+            self.view(slots.SPEEDS, self.robot.n)[:] = self._limits.velocity / self._units.joints
 
     def _row_units(self, level: int) -> Array:
         """The units of a level's rows that compiled code makes."""
@@ -289,6 +298,12 @@ class ControlProgram(LevelWalk):
         if self.eased_limiters:
             self.eased[:] = [each.speed for each in self.eased_limiters]
 
+    def put_memory(self, previous: Array, stopped: Array) -> None:
+        """Puts another run's memory on the desk and into the limiters: velocities, and speeds of stopped levels."""
+        self._last[:] = previous / self._units.joints
+        self.eased[:] = stopped
+        self.keep()
+
     def keep(self) -> None:
         """Takes over the memory that the step has left."""
         if self.eased_limiters:
@@ -335,7 +350,7 @@ class ControlProgram(LevelWalk):
                     others.append((place, task))
         for place, task in others:
             place.task = task
-            place.fill(self._robot)
+            place.fill(self.robot)
         return True
 
 

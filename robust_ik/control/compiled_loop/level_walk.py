@@ -1,4 +1,4 @@
-"""A priority resolver's walk down the levels as one compiled call, for problems of one shape.
+"""The program and the desk of a priority resolver's walk down the levels, for problems of one shape.
 
 `PriorityResolver.resolve` in NumPy is the reference; tests compare the two.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -15,11 +15,8 @@ import numpy as np
 from robust_ik.checks import Array
 from robust_ik.control.bounds import Bounds
 from robust_ik.control.problem import VelocityProblem
-from robust_ik.control.resolution import Resolution
 from robust_ik.control.resolvers import DecoupledPriority, PriorityResolver, Resolver, TaskPriority
 from robust_ik.control.resolvers.priority_resolver import Settled
-from robust_ik.control.resolvers.step_status import verdict
-from robust_ik.control.within_bounds.feasible_start import feasible_start
 from robust_ik.control.within_bounds.limiters import RISE, Limiter, QuadraticProgram, Saturation, Scaling, Sliding
 from robust_ik.control.within_bounds.null_space import Freedom, Reduced
 from robust_ik.inverses import GainFormula, RobustInverse, SingularValueFilter
@@ -253,20 +250,6 @@ class LevelWalk:
         self.program[slots.ROWS] = count = len(bounds.floor)
         put(slots.BOUND_ROWS, count, n)[:], put(slots.FLOOR, count)[:] = bounds.rows, bounds.floor
 
-    def resolve(self, problem: VelocityProblem) -> Resolution:
-        """The resolution of a problem of this shape; see `Resolver.resolve`."""
-        for level, equation in zip(self.levels, problem.levels):
-            level.J[:], level.xdot[:] = equation.J, equation.xdot
-        self.put_bounds(problem.bounds)
-        for place, eased in enumerate(self.resolver.eased[: len(self.levels)]):
-            self.eased[place] = eased.speed
-        bounds = self._walk(problem, self.outside)
-        for place, eased in enumerate(self.resolver.eased[: len(self.levels)]):
-            eased.speed = float(self.eased[place])
-        scales = [float(each.found[slots.SHARE]) for each in self.levels]
-        problem = replace(problem, bounds=bounds)
-        return verdict(problem, self.qdot.copy(), scales, [each.reduced for each in self.levels])
-
     def outside(self, problem: VelocityProblem, level: int) -> Array:
         """The motion of a level by the resolver itself, from what is on the desk."""
         start = self.qdot.copy()
@@ -274,27 +257,6 @@ class LevelWalk:
         freedom = Freedom.whole(len(start)) if level == 0 else Freedom(reduced[-2].below)
         settled = Settled(problem, level, self.resolver.inverse_of(level), start, freedom, reduced)
         return self.resolver.motion(settled)
-
-    def _walk(self, problem: VelocityProblem, outside: Callable[[VelocityProblem, int], Array]) -> Bounds:
-        """Runs the walk, with starts and motions from outside where it asks for them; the bounds that yielded."""
-        bounds, lasting = problem.bounds, problem.bounds.lasting
-        first, given = 0, 0
-        self.program[slots.START_GIVEN] = self.program[slots.RAMP_GIVEN] = 0
-        while (status := self.run(self.setup, None, None, first, given)) != slots.DONE:
-            given = 0
-            if status == slots.WANTS_START:
-                self.qdot[:], lasting = feasible_start(lasting)
-                self.view(slots.FLOOR, len(lasting.floor))[:] = lasting.floor
-                self.program[slots.START_GIVEN] = 1
-            elif status == slots.WANTS_RAMP_START:
-                self.qdot[:], bounds = feasible_start(bounds, bounds.last)
-                self.view(slots.FLOOR, len(bounds.floor))[:] = bounds.floor
-                self.program[slots.RAMP_GIVEN], first = 1, len(self.levels)
-            else:
-                first, given = status - slots.WANTS_MOTION, 1
-                self.motion[:] = outside(replace(problem, bounds=lasting), first)
-        yielded = tuple(dict.fromkeys([*lasting.contradictions, *bounds.contradictions]))
-        return replace(problem.bounds, contradictions=yielded)
 
 
 def kernel_for(most: int) -> Callable[..., int]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import abc
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -78,10 +77,9 @@ class Task(abc.ABC):
     numbers: ClassVar[dict[str, Numbers]] = {}
     """Attributes that may change from step to step, and where compiled code has them in the task's record."""
 
-    def number(self, name: str, robot: Robot) -> Any:  # noqa: ARG002
+    def number(self, robot: Robot, name: str) -> Any:  # noqa: ARG002
         """The value of an attribute of `numbers` as compiled code takes it."""
-        value = getattr(self, name)
-        return math.inf if value is None else value
+        return getattr(self, name)
 
     def with_numbers(self, robot: Robot, given: dict[str, Any]) -> Task:  # noqa: ARG002
         """The task with other values of `numbers`, as compiled code has them."""

@@ -81,6 +81,11 @@ class ClimbingTask(Task):
             rows=checked_selection(self.rows),
         )
 
+    def number(self, robot: Robot, name: str) -> Any:  # noqa: ARG002
+        """See `Task.number`."""
+        value = getattr(self, name)
+        return np.inf if value is None else value
+
     def with_numbers(self, robot: Robot, given: dict[str, Any]) -> Task:
         """See `Task.with_numbers`."""
         threshold = given["threshold"]

@@ -61,7 +61,7 @@ class PostureTask(Task):
         """See `Task.form`."""
         return joint_form(joint_indices(robot, self.joints), slots.TO_VALUE)
 
-    def number(self, name: str, robot: Robot) -> Any:
+    def number(self, robot: Robot, name: str) -> Any:
         """See `Task.number`: the target as values of the joints."""
         if name != "target":
             return getattr(self, name)

@@ -32,7 +32,8 @@ SECONDS = {
     "pose_search.solve_one": 21, "pose_search.solve_many": 10, "step_entries.step_8": 5, "step_entries.step_16": 5,
     "step_entries.beside_8": 5, "step_entries.beside_16": 5, "step_entries.factor_8": 3, "step_entries.factor_16": 3,
     "step_entries.steps_8": 9, "step_entries.steps_16": 10, "control_entries.control_8": 19,
-    "control_entries.control_16": 20, "control_entries.control_32": 25,
+    "control_entries.control_16": 20, "control_entries.control_32": 20, "control_entries.runs_8": 20,
+    "control_entries.runs_16": 20, "control_entries.runs_32": 20,
 }  # fmt: skip
 """CPU seconds that a kernel takes to compile on one core, as `python -m benchmarks.compile_time` measures them."""
 

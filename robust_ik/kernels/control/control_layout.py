@@ -17,20 +17,18 @@ BOUND_ROWS, FLOOR = 16, 17
 """Places of the rows of the bounds and of their floors."""
 QDOT, MOTION, SCRATCH, EASED = 18, 19, 20, 21
 """Places of the joint velocities, of a level's motion, of room for a program, of the levels' last speeds."""
-START_GIVEN, RAMP_GIVEN = 22, 23
-"""Whether QDOT holds the start of the levels; whether it holds the start of the ramp."""
-CONFIGURATION, LENGTH, MAP = 24, 25, 26
+CONFIGURATION, LENGTH, MAP = 22, 23, 24
 """Length of q, the unit of length in m, and the place in the program of three numbers a joint, see FIRST."""
-FRAMES, FRAME = 27, 28
+FRAMES, FRAME = 25, 26
 """Number of frames, and the place in the program of two numbers a frame: the place of its chain in the program, and of
 its pose and Jacobian on the desk."""
-LIMITS = 29
+LIMITS = 27
 """Place in the program of the joint limits, see ACCELERATION; 0 if bounds come from outside."""
-ASKED, BEFORE = 30, 31
+ASKED, BEFORE = 28, 29
 """Places of q, and of the last velocities, of the step that is on the desk: for its report."""
-MADE = 32
+MADE = 30
 """How many steps have been made."""
-HEAD = 34
+HEAD = 32
 """Numbers before the records of the levels."""
 
 M, WAY, GAIN, PARAMETERS, RELATIVE = 0, 1, 2, 3, 4
@@ -102,10 +100,10 @@ many singular values it has, the share of its motion."""
 NUMBERS = 8
 """Room for them."""
 
-DONE, WANTS_START, WANTS_RAMP_START = 0, 1, 2
-"""Statuses: rows that the start, or that of the ramp, does not keep, need a start from outside."""
-NOT_FINITE, OFF_CIRCLE, UNLIKE, NOT_RIGID, TOO_LARGE, UNCERTAIN = 3, 4, 5, 6, 7, 8
-"""Further ones: numbers of q or of a task are not finite, a cosine and sine are not of length 1, arguments are no
+DONE = 0
+"""Status of a step that is made."""
+NOT_FINITE, OFF_CIRCLE, UNLIKE, NOT_RIGID, TOO_LARGE, UNCERTAIN = 1, 2, 3, 4, 5, 6
+"""Other statuses: numbers of q or of a task are not finite, a cosine and sine are not of length 1, arguments are no
 vectors of doubles of the right lengths, a target is no rigid pose, velocities are too large, NumPy has to decide."""
 BEGIN = -1
 """The level from which a whole step begins, with its tasks and bounds."""

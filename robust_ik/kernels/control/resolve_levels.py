@@ -203,32 +203,33 @@ def reached(program: Pointer, desk: Pointer, level: int, aim: Pointer, start: Po
 def resolve(program: Pointer, desk: Pointer, first: int, given: bool, width: Sizes) -> int:
     """Resolves the levels from `first` on, then ramps; returns a status.
 
+    Starts that do not keep the rows of the bounds, for which `feasible_start` has to look, are UNCERTAIN.
+
     Args:
         program: See `control_layout`.
         desk: The same.
-        first: The level to begin with; after the last, only the ramp is left.
+        first: The level to begin with.
         given: Whether MOTION holds the motion of that level.
         width: At least the number of joints, and of rows of every level.
     """
     n, levels = int(program[slots.JOINTS]), int(program[slots.LEVELS])
     qdot = further(desk, int(program[slots.QDOT]))
-    if first == 0 and not given and program[slots.START_GIVEN] == 0.0:
+    if first == 0 and not given:
         lower, upper = further(desk, int(program[slots.LONG_LOWER])), further(desk, int(program[slots.LONG_UPPER]))
         for c in range(n):
             qdot[c] = clip(0.0, lower[c], upper[c])
         if not keeps_rows(program, desk, qdot):
-            return slots.WANTS_START
+            return slots.UNCERTAIN
     for level in range(first, levels):
         if not resolve_level(program, desk, level, given and level == first, width):
             return slots.WANTS_MOTION + level
     if program[slots.HURRIED] > 0.0:
-        if program[slots.RAMP_GIVEN] == 0.0:
-            lower, upper = further(desk, int(program[slots.LOWER])), further(desk, int(program[slots.UPPER]))
-            last = further(desk, int(program[slots.LAST]))
-            for c in range(n):
-                qdot[c] = clip(last[c], lower[c], upper[c])
-            if not keeps_rows(program, desk, qdot):
-                return slots.WANTS_RAMP_START
+        lower, upper = further(desk, int(program[slots.LOWER])), further(desk, int(program[slots.UPPER]))
+        last = further(desk, int(program[slots.LAST]))
+        for c in range(n):
+            qdot[c] = clip(last[c], lower[c], upper[c])
+        if not keeps_rows(program, desk, qdot):
+            return slots.UNCERTAIN
         ramp(program, desk)
     for level in range(levels):
         missing_of(program, desk, level, qdot, further(desk, int(record_of(program, level)[slots.RESIDUAL])))
