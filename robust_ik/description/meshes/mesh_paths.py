@@ -6,7 +6,7 @@ import os
 import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path, PurePosixPath
 from typing import Self
 
@@ -102,6 +102,11 @@ class MeshPaths:
         inside = name in SURE_FOLDERS or (name in CONVENTIONAL_FOLDERS and _holds_meshes(around))
         return around if inside and not is_shared(around) else self.folder
 
+    @cached_property
+    def _roots(self) -> dict[str, tuple[Path, ...]]:
+        """The folders of the packages that have been asked for: a robot's meshes are mostly all in one."""
+        return {}
+
     def package(self, name: str) -> Path | None:
         """The folder of a package, or None."""
         return None if name in ("", ".", "..") or "/" in name else next(self._package_roots(name), None)
@@ -112,7 +117,9 @@ class MeshPaths:
         if package in ("", ".", "..") or not inside.strip("/"):
             raise UrdfError(f"mesh path {_shown(name)} names no package: package://<package>/<path> is meant")
         found = _none(self._why_none(package))
-        for root in dict.fromkeys(self._package_roots(package)):
+        if package not in self._roots:
+            self._roots[package] = tuple(dict.fromkeys(self._package_roots(package)))
+        for root in self._roots[package]:
             path = _absolute(root / inside.lstrip("/"))
             if not path.is_relative_to(root):
                 raise _climbs(name, root)
@@ -193,10 +200,18 @@ def is_shared(folder: Path) -> bool:
 
     Such a folder is nobody's package, whatever lies in it.
     """
-    real, home = folder.resolve(), Path(os.path.expanduser("~")).resolve()  # noqa: PTH111 (there may be no home)
-    passing = [Path(each).resolve() for each in (tempfile.gettempdir(), "/tmp", "/var/tmp", "/dev/shm")]
-    shared = {home, *home.parents, *passing, *(parent for each in passing for parent in each.parents)}
-    return len(real.parts) <= 2 or real in shared or real.parent == home.parent
+    real, home = folder.resolve(), os.path.expanduser("~")  # noqa: PTH111 (there may be no home)
+    shared, homes = _shared_folders(home, tempfile.gettempdir())
+    return len(real.parts) <= 2 or real in shared or real.parent == homes
+
+
+@lru_cache(maxsize=8)
+def _shared_folders(home: str, passing: str) -> tuple[frozenset[Path], Path]:
+    """Folders that all kinds of files share, and the folder of homes."""
+    at_home = Path(home).resolve()
+    short_lived = [Path(each).resolve() for each in (passing, "/tmp", "/var/tmp", "/dev/shm")]
+    above = (parent for each in short_lived for parent in each.parents)
+    return frozenset({at_home, *at_home.parents, *short_lived, *above}), at_home.parent
 
 
 def _is_package(folder: Path) -> bool:
