@@ -19,8 +19,8 @@ from robust_ik.kernels.compiler.announcing import SECONDS, WHAT
 PROGRAM = """
 import json, logging, pathlib, sys, time
 logging.getLogger("robust_ik").setLevel(logging.ERROR)
-from robust_ik.kernels import store
-store.places = lambda: iter([pathlib.Path(sys.argv[1])])  # nowhere else, where they may lie already
+from robust_ik.kernels.compiler import kernel_store
+kernel_store.places = lambda: iter([pathlib.Path(sys.argv[1])])  # nowhere else, where they may lie already
 from robust_ik.inverses import CLASSES, GainFormula
 from robust_ik.kernels.compiler.announcing import kernel_name
 from robust_ik.kernels.compiler.compiling import every_kernel

@@ -1,9 +1,12 @@
 """The harness of the benchmarks: what it saves and how it compares. No times are judged."""
 
+import importlib.util
 import json
+import re
 import sys
 from dataclasses import dataclass
 from itertools import groupby
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -366,3 +369,28 @@ def test_no_goal_counts_as_held_where_its_contender_failed(tmp_path):
     failed = {"contenders": {"robust_ik DampedLeastSquares": {"version": "", "failure": "none"}}, "against NumPy": {}}
     Report("step_latency", ("a",), results=failed).save(tmp_path)
     assert "yes" not in {goal.line(tmp_path)[-1] for goal in goals()}
+
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_programs_in_texts_import_what_there_is():
+    """Programs that other processes run are strings: no type checker looks at what they import."""
+    wanted = re.compile(r"^\s*from (robust_ik[\w.]*) import ([\w, ]+)$", re.MULTILINE)
+    found = 0
+    for folder in ("benchmarks", "examples"):
+        for file in (ROOT / folder).rglob("*.py"):
+            for module, names in wanted.findall(file.read_text(encoding="utf-8")):
+                for name in names.split(", "):
+                    assert is_there(module, name.partition(" as ")[0]), f"{file.name}: {module} has no {name}"
+                    found += 1
+    assert found > 50
+    assert not is_there("robust_ik.kernels", "store")
+    assert not is_there("robust_ik.nowhere", "store")
+
+
+def is_there(module, name):
+    try:
+        return hasattr(importlib.import_module(module), name) or bool(importlib.util.find_spec(f"{module}.{name}"))
+    except ImportError:
+        return False
