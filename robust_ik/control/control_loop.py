@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, as_measures, checked_out, checked_parameter
-from robust_ik.control.compiled_loop.control_program import ControlProgram, Place
+from robust_ik.control.compiled_loop.control_program import Place
 from robust_ik.control.compiled_loop.many_runs import MOST_SEED, LoopRuns, RunPlan, make_runs, places_of
 from robust_ik.control.resolution import Resolution
 from robust_ik.control.tasks import Levels, Stack, Task, checked_stack
@@ -34,9 +34,9 @@ class LoopTask:
         vars(self).update(_place=place)
 
     def __getattr__(self, name: str) -> Any:
-        place: Place = vars(self)["_place"]
-        if name not in place.numbers:
-            raise AttributeError(_unknown(place, name))
+        place: Place | None = vars(self).get("_place")
+        if place is None or name not in place.numbers:
+            raise AttributeError(name if place is None else _unknown(place, name))
         view = place.numbers[name]
         return view if view.ndim else float(view)
 
@@ -118,18 +118,6 @@ class ControlLoop:
             controller.robot, controller.resolver, controller.limits, length_scale=controller.length_scale
         )
         self._levels: Levels = checked_stack(stack)
-        self._program: ControlProgram | None = None
-        self.tasks: list[list[LoopTask]] = []
-        self.reset()
-
-    def reset(self, qdot: ArrayLike | None = None) -> None:
-        """Begins a new run, with the targets and gains of the present one.
-
-        Args:
-            qdot: Present joint velocities of the robot, (n,); default at rest.
-        """
-        self._levels = self._present()
-        self.controller.reset(qdot)
         self._program = self.controller.program(self._levels, self.dt)
         alone = self._program is not None and not self.controller.compiled.asks_outside
         self.compiled = self._program is not None and alone and self._program.whole
@@ -137,7 +125,28 @@ class ControlLoop:
         self._setup = 0 if self._program is None else self._program.setup
         places = [] if self._program is None else self._program.places
         self.tasks = [[LoopTask(place) for place in level] for level in places]
+        self.reset()
+
+    def __reduce__(self) -> tuple[object, ...]:
+        # A copy has memory of its own; what compiled code holds are addresses.
+        return ControlLoop, (self.controller, self._present(), self.dt), self._last()
+
+    def __setstate__(self, qdot: Array) -> None:
+        self.reset(qdot)
+
+    def _last(self) -> Array:
+        """The velocities of the last step, (n,)."""
+        return self.controller.qdot if self._program is None else self._program.last
+
+    def reset(self, qdot: ArrayLike | None = None) -> None:
+        """Begins a new run, with the targets and gains of the present one.
+
+        Args:
+            qdot: Present joint velocities of the robot, (n,); default at rest.
+        """
+        self.controller.reset(qdot)
         if self._program is not None:
+            self.controller.keep(self._program)
             self._program.begin(self.controller.qdot)
         self._found: Resolution | None = None
 

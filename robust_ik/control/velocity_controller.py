@@ -156,6 +156,10 @@ class VelocityController:
         """The compiled program of a stack in the present run, see `ControlLoop`; None if NumPy makes its steps."""
         return self.compiled.program(self.robot.rest, checked_stack(stack), dt, self._begun(dt))
 
+    def keep(self, program: ControlProgram) -> None:
+        """Takes a program of an earlier run into the present one, as the only one."""
+        self.compiled.keep(program, self._begun(program.dt))
+
     def _begun(self, dt: float) -> Resolver:
         """The resolver, begun for the present run."""
         if self._driver is None:

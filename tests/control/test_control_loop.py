@@ -1,6 +1,8 @@
 """ControlLoop: the steps of a controller, prepared."""
 
+import copy
 import gc
+import pickle
 import tracemalloc
 from dataclasses import dataclass, replace
 
@@ -298,3 +300,40 @@ def test_what_many_runs_cannot_take_is_refused():
         rik.ControlLoop(rik.VelocityController(ROBOT), [[HeightTask(0.3)]], DT).runs(STARTS, 3)
     with pytest.raises(rik.InputError, match="rigid"):
         loop.runs(STARTS, 3, numbers={(0, 0): {"target": np.full((6, 4, 4), 2.0)}})
+
+
+def test_a_reset_keeps_the_tasks_that_one_holds():
+    loop = rik.ControlLoop(rik.VelocityController(ROBOT, RESOLVERS["saturation"]), STACK, DT)
+    target = loop.tasks[0][0].target
+    loop.step(ROBOT.rest)
+    loop.reset()
+    with pytest.raises(rik.InputError, match="before the first step"):
+        loop.report  # noqa: B018
+    target[:] = ROBOT.pose(ROBOT.rest)
+    assert np.abs(loop.step(ROBOT.rest)).max() < 1e-9
+
+
+@pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy, lambda each: pickle.loads(pickle.dumps(each))])
+@pytest.mark.parametrize("limits", ["acceleration", "collisions"])
+def test_a_copy_has_memory_of_its_own(copied, limits):
+    controller = rik.VelocityController(ROBOT, RESOLVERS["saturation"], LIMITS[limits])
+    loop = rik.ControlLoop(controller, STACK, DT)
+    loop.tasks[0][0].gain = 3.0
+    for _ in range(3):
+        q = loop.step(ROBOT.rest)
+        controller.step(ROBOT.rest, STACK, DT)
+    if copied is not copy.copy:  # of a controller it shares everything, as for any object
+        twin = copied(controller)
+        twin.step(ROBOT.rest + 0.5, STACK, DT)
+        wanted = controller.step(ROBOT.rest, STACK, DT).qdot
+        np.testing.assert_array_equal(copied(controller).qdot, wanted)
+    other = copied(loop)
+    other.tasks[0][0].target[:] = ROBOT.pose(ROBOT.rest)
+    q = loop.step(ROBOT.rest)
+    assert other.tasks[0][0].gain == 3.0
+    np.testing.assert_array_equal(loop.tasks[0][0].target, GOAL)
+    assert np.abs(other.step(ROBOT.rest)).max() < np.abs(q).max()
+    del loop, controller
+    gc.collect()
+    assert np.isfinite(other.step(ROBOT.rest)).all()
+    assert "target" in dir(copied(other.tasks[0][0]))

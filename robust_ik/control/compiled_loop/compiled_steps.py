@@ -89,6 +89,15 @@ class CompiledSteps:
         """Whether a limit looks at where a step ends."""
         return bool(self._watching)
 
+    def __reduce__(self) -> tuple[object, ...]:
+        # Without programs: they hold addresses of their own memory, which a copy does not share.
+        return CompiledSteps, (self.robot, self.limits, self.units)
+
+    def keep(self, program: ControlProgram, resolver: Resolver) -> None:
+        """Takes a program of an earlier run into one with a resolver that has begun anew."""
+        program.restart(resolver)
+        self._programs = [program]
+
     def forget(self) -> None:
         """Drops all programs, since a new run begins."""
         self._programs = []

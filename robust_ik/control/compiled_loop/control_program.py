@@ -19,6 +19,7 @@ from robust_ik.control.compiled_loop.level_walk import LevelDesk, LevelWalk
 from robust_ik.control.limits import JointLimits
 from robust_ik.control.problem import VelocityProblem
 from robust_ik.control.resolution import Resolution
+from robust_ik.control.resolvers import Resolver
 from robust_ik.control.resolvers.priority_resolver import PriorityResolver
 from robust_ik.control.resolvers.step_status import verdict
 from robust_ik.control.scaled_levels import Units
@@ -297,6 +298,13 @@ class ControlProgram(LevelWalk):
         self._last[:] = previous if self._units.length == 1.0 else previous / self._units.joints
         if self.eased_limiters:
             self.eased[:] = [each.speed for each in self.eased_limiters]
+
+    def restart(self, resolver: Resolver) -> None:
+        """Begins a new run, with a resolver that is equal to the one before but has begun anew."""
+        if isinstance(resolver, PriorityResolver):
+            self.resolver = resolver
+            self.eased_limiters = resolver.eased[: len(self.levels)]
+        self.program[slots.MADE] = 0
 
     def put_memory(self, previous: Array, stopped: Array) -> None:
         """Puts another run's memory on the desk and into the limiters: velocities, and speeds of stopped levels."""
