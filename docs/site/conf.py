@@ -26,6 +26,7 @@ nitpicky = False
 myst_heading_anchors = 3
 myst_enable_extensions = ["colon_fence"]
 
+autodoc_default_options = {"exclude-members": "numbers, structural"}  # tables for compiled code, told by `Task.form`
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"
