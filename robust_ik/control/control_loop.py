@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import reprlib
 from collections.abc import Mapping
 from functools import partial
 from typing import Any
@@ -10,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.checks import Array, as_measures, checked_out, checked_parameter
+from robust_ik.checks import Array, as_array, as_measures, checked_out, checked_parameter
 from robust_ik.control.compiled_loop.control_program import Place
 from robust_ik.control.compiled_loop.many_runs import MOST_SEED, LoopRuns, RunPlan, make_runs, places_of
 from robust_ik.control.resolution import Resolution
@@ -46,7 +47,7 @@ class LoopTask:
             raise AttributeError(_unknown(place, name))
         view = place.numbers[name]
         if not view.ndim:
-            infinite = isinstance(value, float) and value == math.inf and name not in ("gain", "weight")
+            infinite = isinstance(value, float) and value == math.inf and name not in FINITE
             view[...] = value if infinite else checked_parameter(name, value, above=0)
             return
         given = as_measures(value, name, view.shape)
@@ -80,8 +81,7 @@ class ControlLoop:
     helps, as for `Reach`, the controller makes the step. `compiled` says whether a step is one compiled call.
 
     Attributes:
-        controller: A controller of its own, which makes the steps that compiled code cannot make.
-        dt: Length of a step, s.
+        controller: A controller of its own, which makes the steps that compiled code cannot make; leave it to the loop.
         tasks: The tasks, level by level, whose targets and gains can be set in place.
         compiled: Whether a step is one compiled call.
 
@@ -113,7 +113,7 @@ class ControlLoop:
         """
         if not isinstance(controller, VelocityController):
             raise InputError(f"controller must be a VelocityController, got {controller!r}")
-        self.dt = checked_parameter("dt", dt, above=0)
+        self._dt = checked_parameter("dt", dt, above=0)
         self.controller = VelocityController(
             controller.robot, controller.resolver, controller.limits, length_scale=controller.length_scale
         )
@@ -126,6 +126,11 @@ class ControlLoop:
         places = [] if self._program is None else self._program.places
         self.tasks = [[LoopTask(place) for place in level] for level in places]
         self.reset()
+
+    @property
+    def dt(self) -> float:
+        """Length of a step, s."""
+        return self._dt
 
     def __reduce__(self) -> tuple[object, ...]:
         # A copy has memory of its own; what compiled code holds are addresses.
@@ -202,8 +207,8 @@ class ControlLoop:
         """
         robot = self.controller.robot
         starts = as_measures(q, "q", (robot.nq,))
-        if starts.ndim != 2:
-            raise InputError(f"q must be starts of shape (N, {robot.nq}), got {starts.shape}")
+        if starts.ndim != 2 or not len(starts):
+            raise InputError(f"q must be at least one start, (N, {robot.nq}), got shape {starts.shape}")
         robot.joint_values(starts)
         check_whole("steps", steps, 1)
         check_whole("every", every, 1)
@@ -229,6 +234,8 @@ class ControlLoop:
     def _varied(self, numbers: Mapping[tuple[int, int], Mapping[str, ArrayLike]], count: int) -> tuple[Array, Array]:
         """Places in the program of what differs from run to run, (P,), and the numbers, (N, P)."""
         places, values = [np.zeros(0)], [np.zeros((count, 0))]
+        if not isinstance(numbers, Mapping) or not all(isinstance(each, Mapping) for each in numbers.values()):
+            raise InputError(f"numbers must be such as {{(0, 0): {{'target': poses}}}}, got {reprlib.repr(numbers)}")
         for at, attributes in numbers.items():
             try:
                 level, index = at
@@ -239,7 +246,7 @@ class ControlLoop:
                 if name not in place.numbers:
                     raise InputError(_unknown(place, name))
                 view = place.numbers[name]
-                array = as_measures(given, name, (count, *view.shape))
+                array = _checked_numbers(name, given, (count, *view.shape))
                 places.append(places_of(view, place.program))
                 values.append(array.reshape(count, -1))
         return np.concatenate(places), np.ascontiguousarray(np.concatenate(values, axis=1))
@@ -260,17 +267,20 @@ class ControlLoop:
         """The report of the last step; what it says of levels and limits is made when that is read.
 
         Raises:
-            InputError: No step has been made.
+            InputError: No step has been made, or the last one was refused.
         """
         if self._found is None and self._program is not None and self._program.made:
             self._found = self.controller.compiled.unread(self._program, self._program.velocities, None)
         if self._found is None:
-            raise InputError("there is no report before the first step")
+            raise InputError("there is no report before a step is made, or after one that was refused")
         return self._found
 
     def _otherwise(self, q: ArrayLike, out: Array) -> Array:
         """A step by the controller: from other arrays, with rows from outside, or by NumPy; raises what is wrong."""
         checked_out(out, (self.controller.robot.n,))
+        self._found = None
+        if self._program is not None:
+            self._program.made = False
         self._levels = self._present()
         program = self._program
         if program is not None:
@@ -288,6 +298,24 @@ class ControlLoop:
         if self._program is None:
             return self._levels
         return tuple(tuple(place.present(self.controller.robot) for place in level) for level in self._program.places)
+
+
+def _checked_numbers(name: str, given: ArrayLike, shape: tuple[int, ...]) -> Array:
+    """What differs from run to run: as for one loop, gains and weights are > 0, and only caps may be infinite."""
+    if len(shape) > 1:
+        array = as_measures(given, name, shape)
+    else:
+        array = as_array(given, name, shape, finite=False)
+        for value in array.ravel().tolist():
+            if not (value == math.inf and name not in FINITE):
+                checked_parameter(name, value, above=0)
+    if array.shape != shape:
+        raise InputError(f"{name} must have shape {shape}, one for each run, got {array.shape}")
+    return array
+
+
+FINITE = ("gain", "weight")
+"""Numbers of tasks that may not be infinite, as caps and thresholds may."""
 
 
 def _not_compiled(*_: object) -> int:

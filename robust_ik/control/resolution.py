@@ -116,6 +116,10 @@ class Resolution:
         )
 
 
+LATER = ("levels", "active", "contradictions", "status")
+"""What of a lazy resolution is made when it is read."""
+
+
 class LazyResolution(Resolution):
     """A resolution of which all but q̇ is made when it is first read: in a control loop hardly anybody does."""
 
@@ -133,13 +137,13 @@ class LazyResolution(Resolution):
         return made
 
     def __getattr__(self, name: str) -> Any:
-        made = vars(self).pop("_made", None)
-        if made is None or name not in ("levels", "active", "contradictions", "status"):
-            if made is not None:
-                vars(self)["_made"] = made
+        made = vars(self).get("_made")
+        if made is not None and name in LATER:
+            full = made()
+            vars(self).update({key: getattr(full, key) for key in LATER})
+            vars(self).pop("_made", None)
+        if name not in vars(self):  # another thread may have made it meanwhile
             raise AttributeError(f"{type(self).__name__} has no attribute {name!r}")
-        full = made()
-        vars(self).update({key: getattr(full, key) for key in ("levels", "active", "contradictions", "status")})
         return vars(self)[name]
 
     def __reduce__(self) -> tuple[object, ...]:

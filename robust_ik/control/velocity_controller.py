@@ -65,7 +65,6 @@ class VelocityController:
     Attributes:
         robot: The robot.
         resolver: The resolver.
-        limits: The limits, the strongest first.
         length_scale: The resolver's unit of length, m: 1, or for much larger or smaller robots about their own size.
         qdot: The joint velocities of the last step, (n,); at rest before the first.
         compiled: What makes its steps in compiled code where that is possible; NumPy makes the others.
@@ -98,12 +97,21 @@ class VelocityController:
             raise InputError(f"robot must be a Robot, as rik.load gives it, got {robot!r}")
         self.robot = robot
         self.resolver = as_resolver(resolver)
-        self.limits = (JointLimits.of(robot),) if limits is None else checked_limits(limits)
         inverses = self.resolver.inverses if isinstance(self.resolver, InverseResolver) else ()
         self.length_scale = chosen_length_scale(robot, inverses, length_scale)
         self._units = Units(self.length_scale, robot.sliding)
-        self.compiled = CompiledSteps(robot, self.limits, self._units)
+        self.limits = JointLimits.of(robot) if limits is None else limits
         self.reset()
+
+    @property
+    def limits(self) -> tuple[Limit, ...]:
+        """The limits, the strongest first; others may be set."""
+        return self._limits
+
+    @limits.setter
+    def limits(self, limits: Sequence[Limit] | Limit) -> None:
+        self._limits = checked_limits(limits)
+        self.compiled = CompiledSteps(self.robot, self._limits, self._units)
 
     def reset(self, qdot: ArrayLike | None = None) -> None:
         """Begins a new run.

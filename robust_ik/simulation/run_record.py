@@ -87,12 +87,11 @@ class RunRecord:
             made = each.unread if isinstance(each, LazyResolution) else None
             if not isinstance(made, UnreadReport) or made.rows is not None:
                 break
-            if unread and made.left.program is not unread[0].left.program:
+            if unread and not made.left.is_like(unread[0].left):
                 break
             unread.append(made)
-        if not unread:
-            return begin + 1, None
-        return begin + len(unread), self._controller.compiled.reports(unread)
+        reports = self._controller.compiled.reports(unread) if unread else None
+        return begin + (1 if reports is None else len(unread)), reports
 
     def _write_many(self, at: int, reports: StepReports) -> None:
         count, levels = reports.scale.shape

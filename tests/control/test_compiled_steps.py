@@ -1,11 +1,14 @@
 """A controller's steps in compiled code are those of NumPy, for every task, limiter, inverse and limit."""
 
+import sys
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
 import robust_ik as rik
+from robust_ik.control.bounds import Bounds
 from robust_ik.control.compiled_loop import control_program
 from robust_ik.control.compiled_loop.control_program import form_of
 from robust_ik.control.compiled_loop.level_walk import walks
@@ -141,7 +144,8 @@ def test_rows_of_own_tasks_and_motions_of_inverses_that_are_no_formula_take_part
             one, other = found.step(q, stack, DT), wanted.step(q, stack, DT)
             assert_same(one, other, 0.0, str(inverse))
             q = robot.integrate(q, DT * one.qdot)
-        assert found.compiled.program(q, [tuple(level) for level in stack], DT, found._begun(DT)) is not None
+        program = found.compiled.program(q, [tuple(level) for level in stack], DT, found._begun(DT))
+        assert (program is None) == isinstance(inverse, rik.KelmarKhosla)  # which remembers
 
 
 def test_a_task_may_change_its_targets_gains_and_weight_but_not_unseen_its_frame_or_rows():
@@ -224,3 +228,100 @@ def test_two_frames_and_a_relative_task_of_a_tree_of_two_arms():
         0.0,
         "two arms",
     )
+
+
+@dataclass(frozen=True, eq=False)
+class Slower(rik.Limit):
+    """A limit that asks for less speed on seeing where a step ends."""
+
+    def bounds(self, robot, q, previous, dt):
+        return Bounds.free(robot.n)
+
+    def tightened(self, robot, q, qdot, dt, bounds):
+        if np.isfinite(bounds.upper).any():
+            return None
+        most = 0.9 * np.abs(qdot) + 1e-3
+        return replace(bounds, lower=-most, upper=most, lower_cause=np.full(7, "slow"), upper_cause=np.full(7, "slow"))
+
+
+@pytest.mark.parametrize(
+    "inverse", [rik.JParse(), rik.FilteredInverse(), rik.Weighted(rik.FilteredInverse()), rik.SDLS()]
+)
+def test_steps_that_are_made_again_are_not_remembered_and_their_last_bounds_are_told(inverse):
+    robot = rik.load("panda")
+    resolver = rik.TaskPriority(inverse)
+    found, wanted = rik.VelocityController(robot, resolver, Slower()), by_numpy(robot, resolver, Slower())
+    q, stack = robot.rest + 0.05, [[rik.FrameTask(robot.pose(robot.rest + 0.9), gain=5.0)]]
+    for _ in range(10):
+        one, other = found.step(q, stack, DT), wanted.step(q, stack, DT)
+        np.testing.assert_allclose(one.qdot, other.qdot, rtol=1e-9, atol=1e-12)
+        assert one.active == other.active
+        q = robot.integrate(q, DT * one.qdot)
+    assert "slow" in one.active
+
+
+def test_any_number_of_levels_and_any_length_of_step_is_as_by_numpy():
+    robot, resolver = rik.load("panda"), rik.TaskPriority(rik.JParse(), rik.Saturation())
+    wide = [[rik.FrameTask(robot.pose(robot.rest + 0.9), gain=20.0)], [rik.PostureTask(robot.rest + 1)]]
+    for stack in (wide, [*wide, *([rik.DampingTask()] for _ in range(20))]):
+        found, wanted = rik.VelocityController(robot, resolver), by_numpy(robot, resolver, None)
+        q = robot.rest
+        for step in range(30):
+            dt = (0.01, 0.001, 0.02)[step % 3]
+            one, other = found.step(q, stack, dt), wanted.step(q, stack, dt)
+            np.testing.assert_allclose(one.qdot, other.qdot, rtol=1e-8, atol=1e-10)
+            q, found.qdot = robot.integrate(q, dt * other.qdot), other.qdot
+
+
+def test_limits_that_are_set_hold_from_then_on():
+    robot = rik.load("panda")
+    controller, stack = rik.VelocityController(robot), [[rik.FrameTask(robot.pose(robot.rest + 0.1), gain=5.0)]]
+    assert np.abs(controller.step(robot.rest, stack, DT).qdot).max() > 0.1
+    controller.limits = rik.JointLimits.of(robot, velocity=0.01)
+    assert np.abs(controller.step(robot.rest, stack, DT).qdot).max() <= 0.01 + 1e-9
+    with pytest.raises(rik.InputError, match="limits must be limits"):
+        controller.limits = [1.0]
+    assert len(controller.limits) == 1
+
+
+def test_a_report_may_be_read_by_many_threads():
+    robot = rik.load("panda")
+    controller, stack = rik.VelocityController(robot), [[rik.FrameTask(robot.pose(robot.rest + 0.1))]]
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        with ThreadPoolExecutor(4) as pool:
+            for _ in range(50):
+                step = controller.step(robot.rest, stack, DT)
+                assert len({id(each) for each in pool.map(lambda _, step=step: step.status, range(4))}) == 1
+    finally:
+        sys.setswitchinterval(interval)
+    with pytest.raises(AttributeError, match="no attribute 'speed'"):
+        step.speed  # noqa: B018
+
+
+def test_what_is_too_large_to_be_squared_is_refused():
+    robot = rik.load("panda")
+    controller, stack = rik.VelocityController(robot), [[rik.FrameTask(robot.pose(robot.rest))]]
+    q = robot.rest.copy()
+    q[2] = 1e200
+    with pytest.raises(rik.InputError, match="1e\\+100"):
+        controller.step(q, stack, DT)
+
+
+def test_units_of_rows_belong_to_their_step():
+    robot = rik.load("panda")
+    limits, scale = rik.JointLimits.of(robot), 0.2
+
+    @dataclass(frozen=True, eq=False)
+    class Row(rik.Task):
+        metres: bool
+
+        def equation(self, robot, q, *, hessian=False):
+            row = robot.jacobian(q, rows=("x", "y", "z"))[:1]
+            return TaskEquation(row, np.ones(1), np.ones(1), None, 1.0, np.array([self.metres]))
+
+    controller = rik.VelocityController(robot, None, limits, length_scale=scale)
+    first, later = (controller.step(robot.rest, [[rik.DampingTask()], [Row(each)]], DT) for each in (True, False))
+    assert first.levels[1].residual[0] == pytest.approx(1.0)
+    assert later.levels[1].residual[0] == pytest.approx(1.0)

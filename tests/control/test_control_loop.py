@@ -156,7 +156,7 @@ def test_what_cannot_be_set_is_refused_and_nothing_is_changed():
 
 def test_what_is_no_number_and_no_pose_is_refused_in_a_step():
     loop, out = rik.ControlLoop(rik.VelocityController(ROBOT), STACK, DT), np.zeros(7)
-    with pytest.raises(rik.InputError, match="before the first step"):
+    with pytest.raises(rik.InputError, match="before a step"):
         loop.report  # noqa: B018
     for bad in (np.full(7, np.nan), np.zeros(6), np.zeros((7, 1)), "q"):
         with pytest.raises(rik.InputError):
@@ -179,6 +179,33 @@ def test_what_is_no_number_and_no_pose_is_refused_in_a_step():
     direction.tasks[0][0].direction[0] = 1.0  # not of length 1 any more: NumPy makes it so
     wanted = rik.VelocityController(ROBOT).step(ROBOT.rest, [[rik.DirectionTask([0, 0, 1], [1, 1, 0])]], DT).qdot
     np.testing.assert_allclose(direction.step(ROBOT.rest), wanted, atol=1e-12)
+
+
+def test_a_refused_step_has_no_report_and_leaves_the_run_as_it_was():
+    loop, q = rik.ControlLoop(rik.VelocityController(ROBOT, None, LIMITS["acceleration"]), STACK, DT), ROBOT.rest + 0.1
+    twin = rik.ControlLoop(loop.controller, STACK, DT)
+    loop.step(q)
+    twin.step(q)
+    loop.tasks[1][0].target[:] = np.nan
+    with pytest.raises(rik.InputError, match="target"):
+        loop.step(q + 1)
+    with pytest.raises(rik.InputError, match="refused"):
+        loop.report  # noqa: B018
+    loop.tasks[1][0].target[:] = ROBOT.rest
+    np.testing.assert_array_equal(loop.step(q), twin.step(q))
+    loop.tasks[0][0].target[3] = 7.0
+    with pytest.raises(rik.InputError, match="rigid"):
+        loop.step(q)
+    with pytest.raises(AttributeError):
+        loop.dt = 0.1
+
+
+def test_caps_may_be_infinite_in_many_runs():
+    loop = rik.ControlLoop(rik.VelocityController(ROBOT), STACK, DT)
+    free = loop.runs(STARTS[:2], 3, numbers={(0, 0): {"max_linear": [np.inf, 0.1]}})
+    capped = loop.runs(STARTS[:2], 3)
+    assert not np.array_equal(free.q[0], capped.q[0])
+    np.testing.assert_array_equal(free.q[1], capped.q[1])
 
 
 def test_other_arrays_than_contiguous_doubles_are_converted():
@@ -292,7 +319,10 @@ def test_what_many_runs_cannot_take_is_refused():
     for bad in (
         {"q": ROBOT.rest}, {"q": STARTS[:, :6]}, {"q": STARTS * np.nan}, {"steps": 0}, {"every": 0}, {"threads": 0},
         {"noise": -1.0}, {"lag": np.nan}, {"seed": -1}, {"numbers": {(0, 3): {}}}, {"numbers": {0: {}}},
-        {"numbers": {(0, 0): {"target": GOAL}}}, {"numbers": {(0, 0): {"frame": ["a"] * 6}}},
+        {"numbers": {(0, 0): {"target": GOAL}}}, {"numbers": {(0, 0): {"frame": ["a"] * 6}}}, {"numbers": [3]},
+        {"numbers": {(0, 0): 3}}, {"numbers": {(0, 0): {"gain": np.full(6, -5.0)}}}, {"q": STARTS[:0]},
+        {"numbers": {(0, 0): {"weight": np.zeros(6)}}}, {"numbers": {(0, 0): {"gain": np.full(6, np.inf)}}},
+        {"numbers": {(0, 0): {"gain": np.ones((2, 6))}}}, {"numbers": {(0, 0): {"target": TARGETS[None]}}},
     ):  # fmt: skip
         with pytest.raises(rik.InputError):
             loop.runs(**{"q": STARTS, "steps": 3, **bad})
@@ -307,7 +337,7 @@ def test_a_reset_keeps_the_tasks_that_one_holds():
     target = loop.tasks[0][0].target
     loop.step(ROBOT.rest)
     loop.reset()
-    with pytest.raises(rik.InputError, match="before the first step"):
+    with pytest.raises(rik.InputError, match="before a step"):
         loop.report  # noqa: B018
     target[:] = ROBOT.pose(ROBOT.rest)
     assert np.abs(loop.step(ROBOT.rest)).max() < 1e-9

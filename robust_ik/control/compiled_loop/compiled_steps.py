@@ -74,8 +74,8 @@ class CompiledSteps:
 
     def reports(self, unread: Sequence[UnreadReport]) -> StepReports | None:
         """The reports of steps of one program, or None if they have rows of bounds or are of several programs."""
-        program = unread[0].left.program
-        if any(each.rows is not None or each.left.program is not program for each in unread):
+        first = unread[0].left
+        if any(each.rows is not None or not each.left.is_like(first) for each in unread):
             return None
         return reports_of(self.robot, self._joint, [each.left for each in unread])
 
@@ -127,8 +127,10 @@ class CompiledSteps:
             if program.step(q, out) != DONE:
                 return None
             program.keep()
-        elif not self._within_rows(program, q, out, rows, previous):
-            return None
+        else:
+            rows = self._within_rows(program, q, out, rows, previous)
+            if rows is None:
+                return None
         return self.unread(program, out, rows)
 
     def unread(self, program: ControlProgram, qdot: Array, rows: Bounds | None) -> Resolution:
@@ -147,11 +149,15 @@ class CompiledSteps:
         for program in self._programs:
             if program.resolver is resolver and program.takes(levels, dt):
                 return program
+        dt = checked_parameter("dt", dt, above=0)
         if not isinstance(resolver, PriorityResolver) or not walks(resolver) or resolver.needs_hessian:
             return None
         if not all(type(task).begin is Task.begin for level in levels for task in level):
             return None
-        dt = checked_parameter("dt", dt, above=0)
+        if any(inverse.begin(dt) is not inverse for inverse in resolver.inverses):
+            return None  # inverses with a memory must not see steps that are made again
+        if resolver.eased and len(levels) > len(resolver.eased):
+            return None
         forms = [[self._form(task, q) for task in level] for level in levels]
         if self._joint is not None:
             self._joint.bounds(self.robot, np.asarray(q, dtype=float), np.zeros(self.robot.n), dt)
@@ -187,8 +193,10 @@ class CompiledSteps:
             bounds = bounds.within(limit.bounds(self.robot, q, previous, dt))
         return bounds
 
-    def _within_rows(self, program: ControlProgram, q: Array, out: Array, rows: Bounds, previous: Array) -> bool:
-        """Makes a step that keeps limits of rows at its end too; False if none is found."""
+    def _within_rows(
+        self, program: ControlProgram, q: Array, out: Array, rows: Bounds, previous: Array
+    ) -> Bounds | None:
+        """Makes a step that keeps limits of rows at its end too; the bounds it was found in, or None."""
         for _ in range(ATTEMPTS):
             if self._joint is not None:
                 program.put_rows(rows)
@@ -196,15 +204,15 @@ class CompiledSteps:
                 program.put_bounds(self.units.bounds(rows))
             program.begin(previous)
             if program.step(q, out) != DONE:
-                return False
+                return None
             tighter = self.tightened(q, out, program.dt, rows)
             if tighter is None:
                 program.keep()
-                return True
+                return rows
             if len(tighter.floor) > program.room:
-                return False
+                return None
             rows = tighter
-        return False
+        return None
 
     def tightened(self, q: Array, qdot: Array, dt: float, bounds: Bounds) -> Bounds | None:
         """The tighter bounds of the first limit that asks for them; None if no limit does."""

@@ -114,6 +114,10 @@ class Snapshot:
     row_units: list[Array]
     units: Units
 
+    def is_like(self, other: Snapshot) -> bool:
+        """Whether it is of the same program, with rows in the same units."""
+        return self.program is other.program and self.row_units is other.row_units
+
     @property
     def q(self) -> Array:
         """The configuration of the step, (nq,)."""
@@ -266,7 +270,9 @@ class ControlProgram(LevelWalk):
     def put_given(self, place: Place, equation: TaskEquation) -> None:
         """Puts the rows of a task without a form on the desk, in the controller's units."""
         desk, rows = self.levels[place.level], self._units.of_rows(equation)
-        self._units_of_rows[place.level][place.rows] = rows
+        if not np.array_equal(self._units_of_rows[place.level][place.rows], rows):
+            self._units_of_rows = [each.copy() for each in self._units_of_rows]  # snapshots hold the others
+            self._units_of_rows[place.level][place.rows] = rows
         factor = equation.weight / rows
         desk.J[place.rows] = equation.J * factor[:, None] * self._units.joints
         desk.xdot[place.rows], desk.error[place.rows] = equation.xdot * factor, equation.error * factor
@@ -328,6 +334,10 @@ class ControlProgram(LevelWalk):
     def made(self) -> bool:
         """Whether the desk holds a step."""
         return bool(self.program[slots.MADE])
+
+    @made.setter
+    def made(self, made: bool) -> None:
+        self.program[slots.MADE] = made
 
     @property
     def velocities(self) -> Array:

@@ -17,7 +17,7 @@ from robust_ik.control.bounds import Bounds
 from robust_ik.control.problem import VelocityProblem
 from robust_ik.control.resolvers import DecoupledPriority, PriorityResolver, Resolver, TaskPriority
 from robust_ik.control.resolvers.priority_resolver import Settled
-from robust_ik.control.within_bounds.limiters import RISE, Limiter, QuadraticProgram, Saturation, Scaling, Sliding
+from robust_ik.control.within_bounds.limiters import Limiter, QuadraticProgram, Saturation, Scaling, Sliding
 from robust_ik.control.within_bounds.null_space import Freedom, Reduced
 from robust_ik.inverses import GainFormula, RobustInverse, SingularValueFilter
 from robust_ik.inverses.task_equation import TaskEquation
@@ -168,7 +168,7 @@ class LevelWalk:
         head[slots.JOINTS], head[slots.LEVELS], head[slots.DT] = n, len(rows), dt
         head[slots.LIMITER], head[slots.STEADY] = limiter_code(resolver.limiter) or 0, resolver.steady
         head[slots.RELEASE] = resolver.release
-        head[slots.RISE] = RISE * dt if resolver.eased else 0.0
+        head[slots.RISE] = resolver.eased[0].rise if resolver.eased else 0.0
         parts = [head]
         way = {TaskPriority: slots.IN_FREEDOM, DecoupledPriority: slots.DECOUPLED}.get(type(resolver))
         for level, m in enumerate(rows):

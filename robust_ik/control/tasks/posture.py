@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robust_ik.checks import Array, checked_cap, checked_parameter
+from robust_ik.checks import Array, as_measures, checked_cap, checked_parameter
 from robust_ik.control.tasks.base import Task
 from robust_ik.control.tasks.compiled_form import CompiledForm, Numbers, joint_form
 from robust_ik.control.tasks.task_arguments import checked_joints, joint_indices, one_configuration, one_vector
@@ -73,7 +73,7 @@ class PostureTask(Task):
     def with_numbers(self, robot: Robot, given: dict[str, Any]) -> PostureTask:
         """See `Task.with_numbers`."""
         values = robot.joint_values(self.target)
-        values[joint_indices(robot, self.joints)] = given["target"]
+        values[joint_indices(robot, self.joints)] = as_measures(given["target"], "target", (None,))
         return replace(self, **{**given, "target": robot.configuration(values)})
 
     def _check(self, robot: Robot) -> None:

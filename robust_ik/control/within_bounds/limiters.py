@@ -148,19 +148,20 @@ class Eased(Limiter):
     Attributes:
         limiter: The other one.
         speed: The largest joint speed that it gave last, if limits have slowed it then; else infinite.
+        rise: How much that may grow in a step.
     """
 
     def __init__(self, limiter: Limiter, dt: float) -> None:
         self.limiter = limiter
         self.speed = math.inf
-        self._rise = RISE * dt
+        self.rise = RISE * dt
 
     def limit(self, wish: Wish) -> tuple[Array, float]:
         """See `Limiter.limit`."""
         change, share = self.limiter.limit(wish)
         largest = float(np.abs(wish.motion).max(initial=0.0))
-        if share * largest > self.speed + self._rise:
-            slower = (self.speed + self._rise) / (share * largest)
+        if share * largest > self.speed + self.rise:
+            slower = (self.speed + self.rise) / (share * largest)
             change, share = change * slower, share * slower
         self.speed = math.inf if share == 1 else share * largest
         return change, share

@@ -22,14 +22,22 @@ def map_of(program: Pointer, joint: int) -> Pointer:
     return further(program, int(program[slots.MAP]) + joint * slots.MAPPED)
 
 
+LARGEST = 1e100
+"""As `checks.LARGEST_PARAMETER`."""
+
+
+@called
+def is_measured(value: float) -> bool:
+    """Whether a number is finite, and its square does not overflow."""
+    return abs(value) <= LARGEST
+
+
 @called
 def check_configuration(program: Pointer, q: Pointer) -> int:
     """DONE if q is finite and every cosine and sine is of length 1; else the status."""
-    total = 0.0
     for i in range(int(program[slots.CONFIGURATION])):
-        total += q[i] * 0.0
-    if math.isnan(total):
-        return slots.NOT_FINITE
+        if not is_measured(q[i]):
+            return slots.NOT_FINITE
     for i in range(int(program[slots.JOINTS])):
         joint = map_of(program, i)
         if joint[slots.TURNS] > 0.0:

@@ -10,14 +10,14 @@ import math
 from robust_ik.kernels.compiler.compiling import called
 from robust_ik.kernels.compiler.stack_memory import Pointer, further
 from robust_ik.kernels.control import control_layout as slots
-from robust_ik.kernels.control.frame_motion import map_of, value_of
+from robust_ik.kernels.control.frame_motion import is_measured, map_of, value_of
 
 
 @called
 def joint_rows(program: Pointer, q: Pointer, task: Pointer, J: Pointer, x: Pointer, error: Pointer) -> int:
     """Fills in the rows of a task of joints; a status."""
     n, source, most = int(program[slots.JOINTS]), task[slots.SOURCE], task[slots.FASTEST]
-    weight, total = task[slots.WEIGHT], 0.0
+    weight, good = task[slots.WEIGHT], True
     for r in range(int(task[slots.HEIGHT])):
         row = further(task, slots.ENTRIES + r * slots.ENTRY)
         index = int(row[slots.JOINT])
@@ -35,8 +35,8 @@ def joint_rows(program: Pointer, q: Pointer, task: Pointer, J: Pointer, x: Point
         scale = weight / joint[slots.UNIT]
         error[r] = off * scale
         x[r] = min(max(task[slots.GAIN_OF] * off, -most), most) * scale
-        total += x[r] * 0.0
-    return slots.NOT_FINITE if math.isnan(total) else slots.DONE
+        good &= is_measured(row[slots.FROM]) or source == slots.TO_RANGE
+    return slots.DONE if good else slots.NOT_FINITE
 
 
 @called

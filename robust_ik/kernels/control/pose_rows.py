@@ -11,7 +11,7 @@ import math
 from robust_ik.kernels.compiler.compiling import called
 from robust_ik.kernels.compiler.stack_memory import ONE, Pointer, further, sizes, stack
 from robust_ik.kernels.control import control_layout as slots
-from robust_ik.kernels.control.frame_motion import END, frame_place
+from robust_ik.kernels.control.frame_motion import END, frame_place, is_measured
 
 RIGID = 1e-6
 """As `checks.RIGID_TOLERANCE`."""
@@ -51,17 +51,19 @@ def turn_rows(R: Pointer, J: Pointer, n: int) -> None:
 @called
 def read_goal(task: Pointer, goal: Pointer) -> int:
     """Fills in rotation and origin of a task's target; DONE, or NOT_FINITE or NOT_RIGID."""
-    given, total, worst = further(task, slots.GOAL), 0.0, 0.0
+    given, worst, good = further(task, slots.GOAL), 0.0, True
     for r in range(3):
         for c in range(3):
             goal[3 * r + c] = given[4 * r + c]
         goal[9 + r] = given[4 * r + 3]
     for i in range(12):
-        total += goal[i] * 0.0
+        good &= is_measured(goal[i])
     for i in range(6):
-        total += task[slots.FORWARD + i] * 0.0
-    if math.isnan(total):
+        good &= is_measured(task[slots.FORWARD + i])
+    if not good:
         return slots.NOT_FINITE
+    if given[12] != 0.0 or given[13] != 0.0 or given[14] != 0.0 or given[15] != 1.0:
+        return slots.NOT_RIGID
     for r in range(3):
         for c in range(r + 1):
             entry = goal[3 * r] * goal[3 * c] + goal[3 * r + 1] * goal[3 * c + 1] + goal[3 * r + 2] * goal[3 * c + 2]
@@ -242,12 +244,12 @@ def choose(program: Pointer, twists: Pointer, row: int, factor: float, J: Pointe
 def twist_rows(program: Pointer, desk: Pointer, task: Pointer, J: Pointer, x: Pointer, error: Pointer) -> int:
     """Fills in the rows of a task that moves a frame with a twist; a status."""
     n, place = int(program[slots.JOINTS]), frame_place(program, desk, int(task[slots.PLACE]))
-    twists, total = stack(0.0, ONE, ROWS), 0.0
+    twists, good = stack(0.0, ONE, ROWS), True
     for i in range(6 * n):
         twists[i] = place[END + i]
     for i in range(6):
-        total += task[slots.FORWARD + i] * 0.0
-    if math.isnan(total):
+        good &= is_measured(task[slots.FORWARD + i])
+    if not good:
         return slots.NOT_FINITE
     if task[slots.AXES] == slots.FRAME_AXES:
         turn_rows(place, twists, n)
