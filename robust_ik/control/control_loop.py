@@ -151,7 +151,7 @@ class ControlLoop:
         """
         self.controller.reset(qdot)
         if self._program is not None:
-            self.controller.keep(self._program)
+            self.controller.compiled.keep(self._program, self.controller.begun(self.dt))
             self._program.begin(self.controller.qdot)
         self._found: Resolution | None = None
 

@@ -149,7 +149,7 @@ class VelocityController:
             q = np.array(as_measures(q, "q", ()))
             if q.ndim != 1:
                 raise InputError(f"a step takes one configuration, (nq,), got shape {q.shape}")
-        found = self.compiled.step(q, levels, dt, self._begun(dt), self.qdot)
+        found = self.compiled.step(q, levels, dt, self.begun(dt), self.qdot)
         if found is not None:
             self.qdot, self._drives = found.qdot, {}
             return found
@@ -162,21 +162,17 @@ class VelocityController:
 
     def program(self, stack: Stack | Task, dt: float) -> ControlProgram | None:
         """The compiled program of a stack in the present run, see `ControlLoop`; None if NumPy makes its steps."""
-        return self.compiled.program(self.robot.rest, checked_stack(stack), dt, self._begun(dt))
+        return self.compiled.program(self.robot.rest, checked_stack(stack), dt, self.begun(dt))
 
-    def keep(self, program: ControlProgram) -> None:
-        """Takes a program of an earlier run into the present one, as the only one."""
-        self.compiled.keep(program, self._begun(program.dt))
-
-    def _begun(self, dt: float) -> Resolver:
-        """The resolver, begun for the present run."""
+    def begun(self, dt: float) -> Resolver:
+        """The resolver, begun for the present run; dt is the length of its steps, s, if it has none yet."""
         if self._driver is None:
             self._driver = self.resolver.begin(checked_parameter("dt", dt, above=0))
         return self._driver
 
     def _resolved(self, q: Array, problem: VelocityProblem, dt: float) -> Resolution:
         """The resolution; if its step in full would break a limit, another one that does not."""
-        begun = self._begun(dt)
+        begun = self.begun(dt)
         remembers = begun is not self.resolver  # trial steps that are dropped must not be remembered
         tried, found = problem, None
         for _ in range(ATTEMPTS):

@@ -160,7 +160,7 @@ class CompiledSteps:
             return None
         forms = [[self._form(task, q) for task in level] for level in levels]
         if self._joint is not None:
-            self._joint.bounds(self.robot, np.asarray(q, dtype=float), np.zeros(self.robot.n), dt)
+            self._joint.bounds(self.robot, self.robot.rest, np.zeros(self.robot.n), dt)  # raises for another robot
         if not fits(self.robot, forms):
             return None
         program = ControlProgram(
