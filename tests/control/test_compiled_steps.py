@@ -325,3 +325,14 @@ def test_units_of_rows_belong_to_their_step():
     first, later = (controller.step(robot.rest, [[rik.DampingTask()], [Row(each)]], DT) for each in (True, False))
     assert first.levels[1].residual[0] == pytest.approx(1.0)
     assert later.levels[1].residual[0] == pytest.approx(1.0)
+
+
+def test_a_task_that_does_not_fit_is_refused_at_every_step():
+    robot = rik.load("panda")
+    controller = rik.VelocityController(robot)
+    controller.step(robot.rest, [[rik.PostureTask(robot.rest)]], DT)
+    wrong = [[rik.PostureTask(np.zeros(3))]]
+    for _ in range(2):
+        with pytest.raises(rik.InputError, match="one configuration of panda"):
+            controller.step(robot.rest, wrong, DT)
+    assert np.abs(controller.step(robot.rest, [[rik.PostureTask(robot.rest)]], DT).qdot).max() < 1e-12

@@ -97,7 +97,7 @@ def test_the_largest_gain_of_the_smallest_and_largest_arms_is_no_error():
         (lambda: rik.Scenario("a", rik.load("planar_2r"), [0, 0], POSTURE, 1.0, limits=np.nan), "limits must be"),
         (lambda: largest_stable_dt(rik.JParse(), [], 1.0), "gain must be one number > 0"),
         (lambda: rik.explain(J, XDOT, rik.JParse(), qdot=np.full(6, 1e308)), "qdot must lie within"),
-        (lambda: rik.VelocityController(rik.load("panda")).step(np.full(7, 1e308), POSTURE, 0.01), "q must lie within"),
+        (lambda: rik.VelocityController(rik.load("panda")).step(np.full(7, 1e308), rik.DampingTask(), 0.01), "q must"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_meant_is_said_to_be(call, words):

@@ -71,14 +71,20 @@ class Place:
         self._others = [(view, name) for name, view in self.numbers.items() if view.ndim]
         self._form: Callable[[Task], Any] = attrgetter(*kind.structural) if kind.structural else type
 
-    def fill(self, robot: Robot) -> None:
-        """Writes what may change of the task into the record."""
-        task, record = self.task, self.record
+    def take(self, task: Task, robot: Robot) -> None:
+        """Takes another task of the same form: writes what may change of it into the record.
+
+        Raises:
+            InputError: The task does not fit the robot; the place still holds the one before.
+        """
+        record = self.record
         told = partial(getattr, task) if self._plain else partial(task.number, robot)
+        values = [told(name) for _, name in self._others]
         for index, name in self._single:
             record[index] = told(name)
-        for view, name in self._others:
-            view[...] = told(name)
+        for (view, _), value in zip(self._others, values):
+            view[...] = value
+        self.task = task
 
     def present(self, robot: Robot) -> Task:
         """The task with the numbers that its record has now.
@@ -243,7 +249,7 @@ class ControlProgram(LevelWalk):
                         record[slots.ROOT] = -1 if form.root is None else names.index(form.root)
                 given = record[slots.KIND] == slots.GIVEN
                 made.append(Place(task, record, level, slice(row, row + form.height), bool(given), self.program))
-                made[-1].fill(self.robot)
+                made[-1].take(task, self.robot)
                 row += form.height
             self.places.append(made)
         self._units_of_rows = [self._row_units(level) for level in range(len(self._levels))]
@@ -367,8 +373,7 @@ class ControlProgram(LevelWalk):
                         return False
                     others.append((place, task))
         for place, task in others:
-            place.task = task
-            place.fill(self.robot)
+            place.take(task, self.robot)
         return True
 
 
