@@ -19,7 +19,7 @@ SMALLEST = 8
 def warmup(robot: Robot | None = None, *, progress: ProgressCallback | None = None) -> float:
     """Compiles all kernels, or reads them from disk if they have been compiled on this machine before.
 
-    The first time on a machine takes about two minutes of one core, later ones a second, most of it to import Numba;
+    The first time on a machine takes about three minutes of one core, later ones a second, most of it to import Numba;
     docs/speed.md has the seconds of each kernel, where compiled code is kept, and what to do if nothing can be written.
 
     Args:
