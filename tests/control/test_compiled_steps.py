@@ -8,11 +8,26 @@ import numpy as np
 import pytest
 
 import robust_ik as rik
+from robust_ik import checks
+from robust_ik.control import bounds
 from robust_ik.control.bounds import Bounds
 from robust_ik.control.compiled_loop import control_program
 from robust_ik.control.compiled_loop.control_program import form_of
 from robust_ik.control.compiled_loop.level_walk import walks
+from robust_ik.control.tasks import measure_climbing, singular_value
+from robust_ik.control.within_bounds import acceleration_ramp, active_set, bounded_qp, motion_cost
+from robust_ik.control.within_bounds import level_fit as fit_by_numpy
 from robust_ik.inverses.task_equation import TaskEquation
+from robust_ik.kernels.control import (
+    climbing_rows,
+    frame_motion,
+    level_fit,
+    level_freedom,
+    polyhedron_projection,
+    pose_rows,
+    resolve_levels,
+)
+from robust_ik.kinematics import svd
 from tests.cases_resolvers import RESOLVERS
 from tests.soak import random_limits, random_stack, random_start
 
@@ -336,3 +351,22 @@ def test_a_task_that_does_not_fit_is_refused_at_every_step():
         with pytest.raises(rik.InputError, match="one configuration of panda"):
             controller.step(robot.rest, wrong, DT)
     assert np.abs(controller.step(robot.rest, [[rik.PostureTask(robot.rest)]], DT).qdot).max() < 1e-12
+
+
+def test_numbers_that_kernels_repeat_are_those_of_numpy():
+    """Kernels stand below what they are the compiled form of, and cannot import it."""
+    assert level_freedom.RANK_TOLERANCE == svd.RANK_TOLERANCE
+    assert level_freedom.LARGEST == frame_motion.LARGEST == checks.LARGEST_PARAMETER
+    assert pose_rows.RIGID == checks.RIGID_TOLERANCE
+    assert (polyhedron_projection.SAME, polyhedron_projection.ROUNDING) == (active_set.SAME, active_set.ROUNDING)
+    assert (level_fit.PRICE, level_fit.TURN, level_fit.HUGE) == (
+        motion_cost.PRICE,
+        fit_by_numpy.TURN,
+        fit_by_numpy.HUGE,
+    )
+    assert pytest.approx(fit_by_numpy.SHARE_PRICE**-0.5, rel=1e-15) == level_fit.SHARE_SCALE
+    assert level_fit.ROUNDING == bounds.ROUNDING
+    assert level_fit.ALL_BUT == 1 - bounded_qp.ALL_BUT
+    assert resolve_levels.SHORT == bounds.CONTRADICTION / 2
+    assert resolve_levels.EVEN == acceleration_ramp.EVEN
+    assert (climbing_rows.FADE, climbing_rows.CLUSTER) == (measure_climbing.FADE, singular_value.CLUSTER)

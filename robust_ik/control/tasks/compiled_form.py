@@ -59,6 +59,25 @@ class Numbers:
         return np.lib.stride_tricks.as_strided(record[self.begin :], self.shape, strides)
 
 
+POSE_NUMBERS: dict[str, Numbers] = {
+    "weight": Numbers(slots.WEIGHT),
+    "gain": Numbers(slots.GAIN_OF),
+    "max_linear": Numbers(slots.LINEAR),
+    "max_angular": Numbers(slots.ANGULAR),
+    "feedforward": Numbers(slots.FORWARD, (6,)),
+    "target": Numbers(slots.GOAL, (4, 4), (4, 1)),
+}
+"""Numbers of tasks that bring a frame to a pose."""
+
+JOINT_NUMBERS: dict[str, Numbers] = {
+    "weight": Numbers(slots.WEIGHT),
+    "gain": Numbers(slots.GAIN_OF),
+    "max_speed": Numbers(slots.FASTEST),
+    "target": Numbers(slots.ENTRIES + slots.FROM, None),
+}
+"""Numbers of tasks that bring joints to values."""
+
+
 def head(kind: int, height: int, length: int) -> Array:
     """The beginning of a record, and room for the rest."""
     record = np.zeros(length)

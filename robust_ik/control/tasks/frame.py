@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, checked_cap, checked_parameter, checked_rigid, readonly
 from robust_ik.control.tasks.base import Task
-from robust_ik.control.tasks.compiled_form import CompiledForm, Numbers, pose_form
+from robust_ik.control.tasks.compiled_form import POSE_NUMBERS, CompiledForm, Numbers, pose_form
 from robust_ik.control.tasks.pose_feedback import Feedback, FrameMotion
 from robust_ik.control.tasks.task_arguments import (
     checked_choice,
@@ -22,7 +22,6 @@ from robust_ik.control.tasks.task_arguments import (
 )
 from robust_ik.errors import InputError
 from robust_ik.inverses.task_equation import TaskEquation
-from robust_ik.kernels.control import control_layout as slots
 from robust_ik.robot.robot import Robot
 
 AXES = ("world axes", "target")
@@ -72,14 +71,7 @@ class FrameTask(Task):
         )
 
     structural = ("frame", "rows", "reference")
-    numbers: ClassVar[dict[str, Numbers]] = {
-        "weight": Numbers(slots.WEIGHT),
-        "gain": Numbers(slots.GAIN_OF),
-        "max_linear": Numbers(slots.LINEAR),
-        "max_angular": Numbers(slots.ANGULAR),
-        "feedforward": Numbers(slots.FORWARD, (6,)),
-        "target": Numbers(slots.GOAL, (4, 4), (4, 1)),
-    }
+    numbers: ClassVar[dict[str, Numbers]] = POSE_NUMBERS
 
     def form(self, robot: Robot) -> CompiledForm:
         """See `Task.form`."""

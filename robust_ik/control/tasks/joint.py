@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, as_measures, checked_cap, checked_parameter
 from robust_ik.control.tasks.base import Task
-from robust_ik.control.tasks.compiled_form import CompiledForm, Numbers, joint_form
+from robust_ik.control.tasks.compiled_form import JOINT_NUMBERS, CompiledForm, Numbers, joint_form
 from robust_ik.control.tasks.posture import joint_equation
 from robust_ik.control.tasks.task_arguments import checked_joints, joint_indices, one_configuration, one_vector
 from robust_ik.errors import InputError
@@ -56,12 +56,7 @@ class JointTask(Task):
         )
 
     structural = ("joints",)
-    numbers: ClassVar[dict[str, Numbers]] = {
-        "weight": Numbers(slots.WEIGHT),
-        "gain": Numbers(slots.GAIN_OF),
-        "max_speed": Numbers(slots.FASTEST),
-        "target": Numbers(slots.ENTRIES + slots.FROM, None),
-    }
+    numbers: ClassVar[dict[str, Numbers]] = JOINT_NUMBERS
 
     def form(self, robot: Robot) -> CompiledForm:
         """See `Task.form`."""

@@ -27,7 +27,6 @@ ALL_BUT = 1 - 1e-6
 """Shares beyond this count as 1, as by `bounded_qp.ALL_BUT`."""
 UNKNOWNS = sizes(33)
 """Room for joints and a share."""
-ROOMS = sizes(40)
 
 
 @called
