@@ -5,6 +5,7 @@ import struct
 
 import numpy as np
 import pytest
+import trimesh
 
 from robust_ik.description.joint_tree import Mesh
 from robust_ik.description.meshes import mesh_files, mesh_size_limits
@@ -70,7 +71,7 @@ def test_a_mesh_that_holds_or_claims_too_much_is_refused_before_it_is_read(tmp_p
     def never(*_, **__):
         raise AssertionError("it was read")
 
-    monkeypatch.setattr(mesh_files.trimesh, "load", never)
+    monkeypatch.setattr(trimesh, "load", never)
     with pytest.raises(UnreadableMeshError, match=why):
         read_mesh(Mesh(name, tmp_path / name, (1.0, 1.0, 1.0), tmp_path))
 

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 from lxml import etree
-from yourdfpy import urdf
 
 from robust_ik.checks import Array
 from robust_ik.description.dh.dh_table import DHJoint, DHTable, screw
+from robust_ik.description.yourdfpy_module import urdf
 
 UNSTATED_VELOCITY = 1000.0
 """Velocity limit that is written, rad/s or m/s.

@@ -14,13 +14,11 @@ from pathlib import Path, PurePosixPath
 from typing import Any, TypeVar
 
 import numpy as np
-import trimesh
 from numpy.typing import NDArray
 
 from robust_ik.checks import Array
 from robust_ik.description.joint_tree import Mesh
 from robust_ik.description.meshes.confined_reading import read_inside
-from robust_ik.description.meshes.mesh_file_references import ConfinedResolver
 from robust_ik.description.meshes.mesh_paths import MESH_SUFFIXES
 from robust_ik.description.meshes.mesh_size_limits import MAX_BYTES, check_mesh, check_triangles
 from robust_ik.description.meshes.mesh_size_limits import UnreadableMeshError as UnreadableMeshError
@@ -130,6 +128,10 @@ def _place(mesh: Mesh) -> tuple[Path, Path]:
 
 def _load(mesh: Mesh, data: bytes) -> Any:
     """The file as a trimesh scene."""
+    import trimesh  # takes half a second: imported only if a mesh is read
+
+    from robust_ik.description.meshes.mesh_file_references import ConfinedResolver
+
     path, root = _place(mesh)
     kind = _kind(mesh).lstrip(".")
     resolver = ConfinedResolver(path.parent, root)
@@ -173,6 +175,8 @@ def _vertices(scene: Any, scaling: Array) -> Iterator[Array]:
 
 def _placed(scene: Any, scaling: Array) -> Iterator[tuple[Any, Array, Array]]:
     """Every geometry with triangles, its linear map (3, 3) and its shift (3,) into the scaled scene."""
+    import trimesh
+
     count = 0
     for node in scene.graph.nodes_geometry:
         transform, name = scene.graph.get(node)

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
-import trimesh
 from numpy.typing import ArrayLike, NDArray
 
 MAX_FACES = 25_000
@@ -143,6 +142,8 @@ def _split_at_creases(mesh: Triangles, angle: float = float(CREASE)) -> Triangle
     """Gives each smooth patch at a corner a vertex of its own: no normal is averaged over a sharp edge."""
     if len(mesh.faces) == 0:
         return mesh
+    import trimesh  # takes half a second: imported only if a mesh is read
+
     shape: Any = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
     smooth = shape.face_adjacency[shape.face_adjacency_angles < angle]
     patch = trimesh.graph.connected_component_labels(smooth, node_count=len(mesh.faces))

@@ -23,6 +23,7 @@ from robust_ik.description.urdf.urdf_rotations import write_rotations
 from robust_ik.description.urdf.urdf_shapes import collisions, mend_shapes, visuals
 from robust_ik.description.urdf.urdf_xacro import HOW, check_expanded
 from robust_ik.description.urdf.xacro_files import SUFFIX, checked_arguments, expand
+from robust_ik.description.yourdfpy_module import urdf
 from robust_ik.errors import InputError, UrdfError, cut, listed
 from robust_ik.runtime.files import read_file
 
@@ -174,10 +175,8 @@ def _fix_slide(joint: Any, place: float) -> None:
 
 def _parse(root: Any) -> Any:
     """The robot that yourdfpy makes of the checked tree."""
-    import yourdfpy  # takes half a second: imported only if a file is read
-
     try:
-        return yourdfpy.URDF.load(io.BytesIO(etree.tostring(root)), build_scene_graph=False, load_meshes=False).robot
+        return urdf.URDF.load(io.BytesIO(etree.tostring(root)), build_scene_graph=False, load_meshes=False).robot
     except Exception as error:  # yourdfpy raises any error on input it cannot parse
         raise UrdfError(f"cannot be read: {type(error).__name__}: {error}") from error
 
