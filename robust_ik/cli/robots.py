@@ -36,16 +36,15 @@ def robots() -> None:
 
 def _joints_and_tip(entry: Entry) -> tuple[str, str]:
     """The number of joints and the default tip; the error if the robot cannot be read."""
+    from robust_ik.description.dh import read_dh
     from robust_ik.description.joint_tree import MOVING_TYPES
     from robust_ik.description.tips import choose_tip
     from robust_ik.description.urdf import read_urdf
-    from robust_ik.robot.loading import load
 
     try:
         if entry.path.suffix == ".toml":
-            robot = load(entry.path)
-            return str(robot.n), str(robot.tip)
-        description = read_urdf(entry.path)
+            return str(read_dh(entry.path).n), "tool"
+        description = read_urdf(entry.path, shapes=False)
         moving = [joint for joint in description.joints if joint.kind in MOVING_TYPES and joint.mimic is None]
         if not moving:
             return "0", "(nothing moves)"

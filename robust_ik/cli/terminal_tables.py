@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 from rich import box
 from rich.table import Table
 
-from robust_ik.description.catalog import Entry
 from robust_ik.description.joint_tree import Mesh
 from robust_ik.errors.safe_text import plain, visible
-from robust_ik.inverses import RobustInverse
-from robust_ik.kinematics.svd import condition_number, svd
-from robust_ik.robot.reach import ArmReach, find_reach
-from robust_ik.robot.robot import Robot
-from robust_ik.simulation.trajectory import Trajectory
+
+if TYPE_CHECKING:  # a list of names needs neither robots nor inverses
+    from robust_ik.description.catalog import Entry
+    from robust_ik.inverses import RobustInverse
+    from robust_ik.robot.robot import Robot
+    from robust_ik.simulation.trajectory import Trajectory
 
 MOST_NOTES = 20
 """Most notes that `info` prints. Chosen: with the facts above they fill about a screen; the others are counted."""
@@ -165,7 +166,7 @@ def _facts(robot: Robot) -> Iterable[tuple[str, str]]:
     yield "joints", f"{robot.n} independent (nq = {robot.nq})"
     yield "leaves", ", ".join(map(visible, robot.description.leaves))
     if robot.tip is not None:
-        yield from _tip_facts(robot, find_reach(robot))
+        yield from _tip_facts(robot)
     missing = missing_meshes(robot)
     meshes = len(list(_meshes(robot)))
     if meshes:
@@ -176,7 +177,11 @@ def _facts(robot: Robot) -> Iterable[tuple[str, str]]:
         yield "notes", "\n".join([*shown, *([f"… and {more} more"] if more > 0 else [])])
 
 
-def _tip_facts(robot: Robot, reach: ArmReach) -> Iterable[tuple[str, str]]:
+def _tip_facts(robot: Robot) -> Iterable[tuple[str, str]]:
+    from robust_ik.kinematics.svd import condition_number, svd
+    from robust_ik.robot.reach import find_reach
+
+    reach = find_reach(robot)
     J = robot.jacobian(robot.rest)
     s = svd(J).s
     condition = float(condition_number(J))

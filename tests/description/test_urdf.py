@@ -10,6 +10,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import robust_ik as rik
+from robust_ik.description.catalog import catalog
 from robust_ik.description.joint_tree import Box, Cylinder, Mesh, Sphere
 from robust_ik.description.urdf.urdf_reader import MAX_BYTES, parse_urdf, read_urdf
 
@@ -238,6 +239,15 @@ def test_several_longest_chains_are_an_error_that_lists_them():
     text = urdf(*TWO, joint("j3", parent="b", child="d"), links="abcd")
     with pytest.raises(rik.TipError, match="2 chains of 2 joints; give a tip .*, one of: c, d"):
         rik.Robot.from_description(parse_urdf(text))
+
+
+def test_joints_are_the_same_without_shapes():
+    for entry in catalog().values():
+        if entry.path.suffix == ".urdf":
+            whole, bare = read_urdf(entry.path), read_urdf(entry.path, shapes=False)
+            assert (bare.name, bare.links, bare.joints) == (whole.name, whole.links, whole.joints)
+            assert not bare.visuals
+            assert not bare.collisions
 
 
 def test_a_missing_file_is_said(tmp_path):

@@ -42,6 +42,12 @@ def test_the_command_is_there_before_the_mathematics():
     assert not loaded & (HEAVY - {"typer", "rich"} | {"numpy"})
 
 
+def test_listing_robots_builds_none():
+    loaded = after("from robust_ik.cli import app; app(['robots'], standalone_mode=False)")
+    assert "lxml" in loaded
+    assert not loaded & (HEAVY - {"typer", "rich", "lxml"} | {"networkx"})
+
+
 def test_every_public_name_is_there():
     for name in rik.__all__:
         assert getattr(rik, name) is not None
