@@ -114,6 +114,19 @@ def test_the_path_is_the_real_one_so_that_nothing_can_be_put_in_between(home):
         assert found(home / "robot", name).path == home / "robot/meshes/a.stl"
 
 
+def test_every_path_is_the_real_one_whatever_was_asked_for_before(home):
+    for name, target in (("link.stl", home / "robot/meshes/a.stl"), ("out.stl", home / "s.stl")):
+        (home / "robot/meshes" / name).symlink_to(target)
+    (home / "robot/again").symlink_to(home / "robot/meshes")
+    (home / "robot/away").symlink_to(home / "secrets")
+    paths = MeshPaths.of(home / "robot/urdf", ())
+    for _ in range(2):
+        for name in ("meshes/a.stl", "meshes/link.stl", "again/a.stl", "again/link.stl"):
+            assert paths.resolve(f"../{name}").path == home / "robot/meshes/a.stl"
+        for name in ("meshes/out.stl", "again/out.stl", "away/s.stl"):
+            assert "is a link that leads out" in paths.resolve(f"../{name}").problem
+
+
 def test_a_file_exchanged_for_a_link_after_it_was_found_is_not_read(home):
     path = found(home / "robot", "meshes/a.stl").path
     assert read_inside(path, home / "robot", 100) == b"solid"

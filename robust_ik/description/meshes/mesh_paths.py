@@ -107,6 +107,11 @@ class MeshPaths:
         """The folders of the packages that have been asked for: a robot's meshes are mostly all in one."""
         return {}
 
+    @cached_property
+    def _real_folders(self) -> dict[Path, Path]:
+        """The folders that have been looked into, with links resolved."""
+        return {}
+
     def package(self, name: str) -> Path | None:
         """The folder of a package, or None."""
         return None if name in ("", ".", "..") or "/" in name else next(self._package_roots(name), None)
@@ -116,7 +121,7 @@ class MeshPaths:
         package, _, inside = rest.lstrip("/").partition("/")
         if package in ("", ".", "..") or not inside.strip("/"):
             raise UrdfError(f"mesh path {_shown(name)} names no package: package://<package>/<path> is meant")
-        found = _none(self._why_none(package))
+        found = None
         if package not in self._roots:
             self._roots[package] = tuple(dict.fromkeys(self._package_roots(package)))
         for root in self._roots[package]:
@@ -126,7 +131,8 @@ class MeshPaths:
             found = self._checked(path, root)
             if found.path is not None:
                 return found
-        return _none(f"{found.problem}; give package_dirs= (--package-dir) to say where it is")
+        problem = self._why_none(package) if found is None else found.problem
+        return _none(f"{problem}; give package_dirs= (--package-dir) to say where it is")
 
     def _package_roots(self, package: str) -> Iterator[Path]:
         """The folders that may be the package, none of them behind a link that leads to a forbidden place."""
@@ -188,11 +194,16 @@ class MeshPaths:
         """The file, unless it is missing or behind a link that leads to a forbidden place."""
         if not path.is_file():
             return _none(f"not found at {path}")
-        real = path.resolve()
+        real = path.resolve() if path.is_symlink() else self._real_folder(path.parent) / path.name
         for allowed in dict.fromkeys((root, *self.package_dirs)):
-            if real.is_relative_to(allowed.resolve()):
-                return Found(real, allowed.resolve())
+            if real.is_relative_to(folder := self._real_folder(allowed)):
+                return Found(real, folder)
         return _none(f"is a link that leads out of {root}; give package_dirs= to allow {real.parent}")
+
+    def _real_folder(self, folder: Path) -> Path:
+        if folder not in self._real_folders:
+            self._real_folders[folder] = folder.resolve()
+        return self._real_folders[folder]
 
 
 def is_shared(folder: Path) -> bool:
