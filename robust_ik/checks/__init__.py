@@ -42,7 +42,7 @@ def as_array(value: ArrayLike, name: str, shape: tuple[int | None, ...], *, fini
         array = np.asarray(value)
     except Exception:  # a foreign __array__ may raise anything
         array = np.asarray(None)
-    if array.dtype.kind not in "biuf" or isinstance(value, np.ma.MaskedArray):
+    if array.dtype.kind not in "biuf" or is_masked(value):
         raise InputError(f"{name} must be an array of real numbers, got {reprlib.repr(value)}")
     if array.dtype != np.float64:
         with np.errstate(over="ignore"):  # longer floats may overflow to infinity, which is refused below
@@ -57,6 +57,11 @@ def as_array(value: ArrayLike, name: str, shape: tuple[int | None, ...], *, fini
         shown = np.array2string(array, threshold=8, precision=4)
         raise InputError(f"{name} must be finite, got NaN or infinity in {shown}")
     return array
+
+
+def is_masked(value: object) -> bool:
+    """Whether it is a masked array; asking about anything else does not import numpy.ma."""
+    return isinstance(value, np.ndarray) and type(value) is not np.ndarray and isinstance(value, np.ma.MaskedArray)
 
 
 def as_measures(value: ArrayLike, name: str, shape: tuple[int | None, ...]) -> Array:

@@ -17,6 +17,7 @@ from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 
+from robust_ik.checks import is_masked
 from robust_ik.errors import InputError
 
 Parameters = ParamSpec("Parameters")
@@ -203,7 +204,7 @@ def _is_number(value: object) -> bool:
 
 def _is_array(value: object) -> bool:
     """Whether NumPy converts the value to an array of real numbers."""
-    if isinstance(value, np.ma.MaskedArray):
+    if is_masked(value):
         return False
     try:
         return np.asarray(value).dtype.kind in "biuf"

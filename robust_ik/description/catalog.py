@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -130,9 +129,11 @@ def _ours() -> Iterator[Entry]:
 
 def _examples() -> Iterator[Entry]:
     """The URDF files of the example-robot-data package, found on disk without importing it."""
+    from importlib.metadata import PackageNotFoundError, distribution  # not needed for a robot that is given as a path
+
     try:
-        files = importlib.metadata.distribution(EXAMPLES).files or []
-    except importlib.metadata.PackageNotFoundError:
+        files = distribution(EXAMPLES).files or []
+    except PackageNotFoundError:
         return
     for file in sorted(files, key=str):
         if file.suffix == ".urdf" and "robots" in file.parts:

@@ -6,7 +6,6 @@ writing, be markup, or end a script. All text that is printed or written goes th
 
 from __future__ import annotations
 
-import html
 import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
@@ -56,6 +55,8 @@ def in_markup(text: object) -> str:
 
 def in_html(text: object) -> str:
     """The text, escaped for HTML or SVG, in an element or a quoted attribute."""
+    import html
+
     return html.escape(visible_lines(text))
 
 

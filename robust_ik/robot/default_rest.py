@@ -62,7 +62,8 @@ def default_rest(jacobian: Callable[[Array], Array], lower: Array, upper: Array,
 
 def _usual(jacobian: Callable[[Array], Array], samples: Array) -> Array:
     """Medians of the singular values over random configurations, without those that are always zero."""
-    medians = np.median([_measured(jacobian, values) for values in samples], axis=0)
+    # Unlike np.median, it does not import numpy.ma.
+    medians = np.quantile([_measured(jacobian, values) for values in samples], 0.5, axis=0)
     return np.asarray(medians[medians > FLOOR**2 * medians[0]])
 
 

@@ -10,7 +10,6 @@ import errno
 import logging
 import os
 import re
-import secrets
 import stat
 import sys
 from collections.abc import Mapping
@@ -210,6 +209,8 @@ def _probe(folder: Path, name: str) -> None:
 
 
 def _part(folder: Path, name: str) -> Path:
+    import secrets  # takes as long as the rest of this module: imported only if a file is written
+
     return folder / f".{os.fsdecode(os.fsencode(name)[:60])}.{secrets.token_hex(6)}.part"
 
 
