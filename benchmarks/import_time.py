@@ -1,16 +1,19 @@
-"""Times `import robust_ik`: what NumPy takes, what Pinocchio takes, and what is added by us and what we need.
+"""Times `import robust_ik` and commands: what NumPy takes, what Pinocchio takes, and what is added by us and our needs.
 
 `python -m benchmarks.import_time` prints the table; with `--write` it goes into docs/benchmarks.md, JSON beside it. A
 process of its own each time, files in the system's cache. NumPy and Pinocchio are imported first, then robust_ik: what
 is added is what a user of both pays. What the import puts off comes after: a robot by name, and all other public names.
-The split by `-X importtime` is of each module alone, without its imports; the option itself slows them.
+Commands are whole processes, from the start of Python to its end. The split by `-X importtime` is of each module alone,
+without its imports; the option itself slows them.
 """
 
 from __future__ import annotations
 
 import json
+import resource
 import subprocess
 import sys
+import time
 from collections import Counter
 
 import numpy as np
@@ -33,6 +36,7 @@ times["then load('panda')"] = cost(lambda: rik.load("panda"))
 times["then every public name"] = cost(lambda: [getattr(rik, name) for name in rik.__all__])
 print(json.dumps({**times, "numba": numba}))
 """
+COMMANDS = ("--help", "robots")
 SPLIT = "import numpy, pinocchio; import robust_ik"
 GROUPS = {
     "numpy": "numpy", "pinocchio": "Pinocchio", "eigenpy": "Pinocchio", "coal": "Pinocchio", "hppfcl": "Pinocchio",
@@ -47,9 +51,20 @@ def measure(rounds: int) -> tuple[dict[str, np.ndarray], bool]:
     for number in range(rounds + 1):
         progress.print(f"round {number} of {rounds}")
         found.append(json.loads(call([sys.executable, "-c", PROGRAM])))
+        found[-1] |= {f"robust-ik {each}": command(each) for each in COMMANDS}
     parts = [key for key in found[0] if key != "numba"]
     # The first round reads files that are not in the system's cache yet.
     return {part: np.array([each[part] for each in found[1:]]) for part in parts}, found[-1]["numba"]
+
+
+def command(arguments: str) -> tuple[float, float]:
+    """Milliseconds, CPU and wall, of the command with these arguments."""
+    program = "from robust_ik.cli import main; main()"
+    before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+    call([sys.executable, "-c", program, *arguments.split()])
+    wall, after = time.perf_counter() - start, resource.getrusage(resource.RUSAGE_CHILDREN)
+    cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return 1e3 * cpu, 1e3 * wall
 
 
 def split() -> dict[str, float]:
