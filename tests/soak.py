@@ -17,7 +17,7 @@ import numpy as np
 from rich.progress import Progress
 
 import robust_ik as rik
-from robust_ik.control.compiled_loop.level_walk import walks
+from robust_ik.control.compiled_loop.resolver_program import is_compilable
 from robust_ik.control.limits import HalfSpace, Obstacle
 from robust_ik.description.joint_tree import Box, Sphere
 from tests import closed_loop
@@ -328,7 +328,7 @@ def check_runs(robot, limits, dt, starts, found, where):
         assert f"{robot.joint_names[joint]} acceleration" in bounds.contradictions, f"acceleration: {where}"
 
 
-LOOPED = [each for each in RESOLVERS if walks(each) and not each.needs_hessian]
+LOOPED = [each for each in RESOLVERS if is_compilable(each)]
 """Resolvers that a prepared loop may make in one call."""
 
 

@@ -13,7 +13,8 @@ from robust_ik.control import bounds
 from robust_ik.control.bounds import Bounds
 from robust_ik.control.compiled_loop import control_program
 from robust_ik.control.compiled_loop.control_program import form_of
-from robust_ik.control.compiled_loop.level_walk import walks
+from robust_ik.control.compiled_loop.resolver_program import is_compilable
+from robust_ik.control.resolvers import task_reconstruction, weighted_priority
 from robust_ik.control.tasks import measure_climbing, singular_value
 from robust_ik.control.within_bounds import acceleration_ramp, active_set, bounded_qp, motion_cost
 from robust_ik.control.within_bounds import level_fit as fit_by_numpy
@@ -25,7 +26,9 @@ from robust_ik.kernels.control import (
     level_freedom,
     polyhedron_projection,
     pose_rows,
+    reconstructed_motion,
     resolve_levels,
+    weighted_levels,
 )
 from robust_ik.kinematics import svd
 from tests.cases_resolvers import RESOLVERS
@@ -108,7 +111,7 @@ def test_steps_are_those_of_numpy(name, monkeypatch):
         noise = LOOSE * noise_of(numpy, robot, q, qdot, stack, rng)
         controller = rik.VelocityController(robot, resolver, limits, length_scale=scale)
         controller.reset(qdot)
-        eligible += walks(resolver) and not resolver.needs_hessian
+        eligible += is_compilable(resolver)
         with monkeypatch.context() as watched:
             made = []
             watched.setattr(type(controller), "_within_shares", lambda _, *given, log=made: log.append(1) or given[-1])
@@ -117,6 +120,82 @@ def test_steps_are_those_of_numpy(name, monkeypatch):
         wanted = step_of(numpy, robot, q, qdot, stack)
         assert_same(found, wanted, noise, f"draw {draw}: {resolver}, {[[*map(type, level)] for level in stack]}")
     assert compiled >= 0.75 * eligible > 0
+
+
+RECONSTRUCTIONS = [
+    rik.TaskReconstruction(bound=(1.0, 0.3)),
+    rik.TaskReconstruction(rik.Chiaverini(), rik.Sliding(), bound=0.5, steady=True),
+    rik.TaskReconstruction(rik.DampedLeastSquares(), rik.QuadraticProgram(), bound=2.0, compensate=False),
+    rik.TaskReconstruction(rik.JParse(), rik.Saturation(), bound=5.0, printed_sign=True),
+]
+
+
+@pytest.mark.parametrize("name", ["panda", "kinova", "srs_10r", "baxter"])
+def test_measures_below_their_bounds_are_kept_as_by_numpy(name, monkeypatch):
+    """Bounds are so large that most measures are below them, with every kind of task that has a derivative."""
+    robot, rng, seen = rik.load(name, **ROBOTS[name]), np.random.default_rng(1), []
+    keep = task_reconstruction.TaskReconstruction._sparing
+    monkeypatch.setattr(
+        task_reconstruction.TaskReconstruction, "_sparing", lambda *given: seen.append(given[2]) or keep(*given)
+    )
+    for draw in range(24):
+        resolver, limits = RECONSTRUCTIONS[draw % 4], random_limits(robot, rng)
+        q, qdot = robot.random(rng), 0.1 * rng.normal(size=robot.n)
+        near = robot.pose(robot.random(rng))
+        tasks = [
+            rik.FrameTask(near, gain=2.0, reference="target", rows=("x", "wz")),
+            rik.FrameTask(near, rows=("x", "y", "z")),
+            rik.TwistTask(rng.normal(size=6), reference="local", rows=("y", "wx")),
+            rik.TwistTask(rng.normal(size=6), frame=robot.frames[-2], rows=("z",)),
+            rik.DirectionTask([0, 0, 1], rng.normal(size=3), weight=2.0),
+            rik.JointTask(robot.joint_names[0], 0.3),
+        ]
+        chosen = rng.choice(len(tasks), 4, replace=False)
+        stack = [[tasks[chosen[0]]], [tasks[chosen[1]], tasks[chosen[2]]], [tasks[chosen[3]]]]
+        scale = (None, 0.3)[draw % 2]
+        numpy = lambda robot: by_numpy(robot, resolver, limits, length_scale=scale)  # noqa: B023, E731
+        noise = LOOSE * noise_of(numpy, robot, q, qdot, stack, rng)
+        wanted = step_of(numpy, robot, q, qdot, stack)
+        controller = rik.VelocityController(robot, resolver, limits, length_scale=scale)
+        controller.reset(qdot)
+        before = len(seen)
+        found = controller.step(q, stack, DT)
+        assert len(seen) == before, "NumPy made the step"
+        assert_same(found, wanted, noise, f"draw {draw}: {resolver}, {[[*map(type, level)] for level in stack]}")
+    assert np.mean([any(each is not None for each in guards[:-1]) for guards in seen if len(guards) > 1]) > 0.1
+
+
+def test_what_compiled_code_has_no_derivative_of_is_left_to_numpy():
+    robot = rik.load("panda")
+    pose, own = rik.FrameTask(robot.pose(robot.rest)), HeightTask(0.3)
+    relative = rik.RelativeTask("panda_link7", "panda_link2", np.eye(4))
+    for resolver, stack, compilable, compiled in (
+        (rik.TaskReconstruction(), [[pose], [rik.ManipulabilityTask()]], True, True),
+        (rik.TaskReconstruction(), [[pose], [relative]], True, False),
+        (rik.TaskReconstruction(), [[own]], True, False),
+        (rik.TaskReconstruction(shape=lambda share: share), [[pose]], False, False),
+        (rik.WeightedPriority(), [[pose], [own]], True, True),
+        (rik.WeightedPriority(rik.SDLS()), [[pose]], False, False),
+    ):
+        assert is_compilable(resolver) == compilable
+        assert (rik.VelocityController(robot, resolver).program(stack, DT) is not None) == compiled
+
+
+def test_joints_that_are_locked_stop_no_others():
+    """Each of their bounds leaves no room, on both sides: what is left of a step beside them is rounding."""
+    robot, rng, least = rik.load("baxter", **ROBOTS["baxter"]), np.random.default_rng(0), 0
+    for _ in range(40):
+        speeds = np.where(rng.random(robot.n) < 0.7, 0.0, 0.05)
+        limits = rik.JointLimits.of(robot, velocity=speeds)
+        target = robot.pose(robot.random(rng))
+        stack = [[rik.FrameTask(target, gain=5.0)], [rik.PostureTask(robot.random(rng))]]
+        for resolver in (rik.WeightedPriority(), rik.TaskPriority(limiter=rik.QuadraticProgram())):
+            q = robot.random(rng)
+            found = rik.VelocityController(robot, resolver, limits).step(q, stack, DT)
+            wanted = by_numpy(robot, resolver, limits).step(q, stack, DT)
+            np.testing.assert_allclose(found.qdot, wanted.qdot, rtol=1e-7, atol=1e-9)
+            least += np.abs(wanted.qdot).max() > 0
+    assert least >= 40
 
 
 @pytest.mark.parametrize("acceleration", [np.inf, 5.0])
@@ -358,7 +437,8 @@ def test_numbers_that_kernels_repeat_are_those_of_numpy():
     assert level_freedom.RANK_TOLERANCE == svd.RANK_TOLERANCE
     assert level_freedom.LARGEST == frame_motion.LARGEST == checks.LARGEST_PARAMETER
     assert pose_rows.RIGID == checks.RIGID_TOLERANCE
-    assert (polyhedron_projection.SAME, polyhedron_projection.ROUNDING) == (active_set.SAME, active_set.ROUNDING)
+    for name in ("SAME", "ROUNDING", "SHORT"):
+        assert getattr(polyhedron_projection, name) == getattr(active_set, name)
     assert (level_fit.PRICE, level_fit.TURN, level_fit.HUGE) == (
         motion_cost.PRICE,
         fit_by_numpy.TURN,
@@ -369,4 +449,7 @@ def test_numbers_that_kernels_repeat_are_those_of_numpy():
     assert level_fit.ALL_BUT == 1 - bounded_qp.ALL_BUT
     assert resolve_levels.SHORT == bounds.CONTRADICTION / 2
     assert resolve_levels.EVEN == acceleration_ramp.EVEN
+    assert weighted_levels.REGULARISATION == bounded_qp.REGULARISATION
+    assert weighted_levels.LEAST == weighted_priority.LEAST
+    assert (reconstructed_motion.SMALL, reconstructed_motion.DEPENDENT) == (task_reconstruction.SMALL, svd.DEPENDENT)
     assert (climbing_rows.FADE, climbing_rows.CLUSTER) == (measure_climbing.FADE, singular_value.CLUSTER)

@@ -11,11 +11,11 @@ from numpy.typing import ArrayLike
 from robust_ik.checks import Array, checked_parameter
 from robust_ik.control.bounds import Bounds
 from robust_ik.control.compiled_loop.control_program import ControlProgram, Snapshot, fits, form_of
-from robust_ik.control.compiled_loop.level_walk import walks
+from robust_ik.control.compiled_loop.resolver_program import eased_of, is_compilable
 from robust_ik.control.compiled_loop.step_reports import StepReports, reports_of
 from robust_ik.control.limits import CollisionLimit, JointLimits, Limit
 from robust_ik.control.resolution import LazyResolution, Resolution
-from robust_ik.control.resolvers import PriorityResolver, Resolver
+from robust_ik.control.resolvers import Resolver, TaskReconstruction
 from robust_ik.control.scaled_levels import Units
 from robust_ik.control.tasks import Levels, Task
 from robust_ik.control.tasks.base import checked_equation
@@ -150,18 +150,18 @@ class CompiledSteps:
             if program.resolver is resolver and program.takes(levels, dt):
                 return program
         dt = checked_parameter("dt", dt, above=0)
-        if not isinstance(resolver, PriorityResolver) or not walks(resolver) or resolver.needs_hessian:
+        if not is_compilable(resolver) or (resolver.needs_hessian and type(resolver) is not TaskReconstruction):
             return None
         if not all(type(task).begin is Task.begin for level in levels for task in level):
             return None
         if any(inverse.begin(dt) is not inverse for inverse in resolver.inverses):
             return None  # inverses with a memory must not see steps that are made again
-        if resolver.eased and len(levels) > len(resolver.eased):
+        if (eased := eased_of(resolver)) and len(levels) > len(eased):
             return None
         forms = [[self._form(task, q) for task in level] for level in levels]
         if self._joint is not None:
             self._joint.bounds(self.robot, self.robot.rest, np.zeros(self.robot.n), dt)  # raises for another robot
-        if not fits(self.robot, forms):
+        if not fits(self.robot, resolver, forms):
             return None
         program = ControlProgram(
             self.robot, resolver, levels, dt, limits=self._joint, units=self.units, forms=forms, room=self._room

@@ -15,12 +15,18 @@ import numpy as np
 
 from robust_ik.checks import Array, readonly
 from robust_ik.control.bounds import Bounds
-from robust_ik.control.compiled_loop.level_walk import LevelDesk, LevelWalk
+from robust_ik.control.compiled_loop.resolver_program import (
+    Compilable,
+    LevelDesk,
+    ResolverProgram,
+    eased_of,
+    is_compilable,
+    rows_together,
+)
 from robust_ik.control.limits import JointLimits
 from robust_ik.control.problem import VelocityProblem
 from robust_ik.control.resolution import Resolution
-from robust_ik.control.resolvers import Resolver
-from robust_ik.control.resolvers.priority_resolver import PriorityResolver
+from robust_ik.control.resolvers import Resolver, TaskReconstruction
 from robust_ik.control.resolvers.step_status import verdict
 from robust_ik.control.scaled_levels import Units
 from robust_ik.control.tasks import Levels, Task
@@ -156,7 +162,7 @@ class Snapshot:
         return replace(found, qdot=readonly(found.qdot * units.joints), levels=metric)
 
 
-class ControlProgram(LevelWalk):
+class ControlProgram(ResolverProgram):
     """The compiled step of a stack of one structure.
 
     Attributes:
@@ -168,7 +174,7 @@ class ControlProgram(LevelWalk):
     def __init__(
         self,
         robot: Robot,
-        resolver: PriorityResolver,
+        resolver: Compilable,
         levels: Levels,
         dt: float,
         *,
@@ -181,7 +187,7 @@ class ControlProgram(LevelWalk):
 
         Args:
             robot: The robot.
-            resolver: A resolver for which `walks` holds, begun for a run.
+            resolver: A resolver for which `is_compilable` holds, begun for a run.
             levels: The stack.
             dt: Length of a step, s.
             limits: Joint limits that are computed in compiled code; None if all bounds are put on the desk.
@@ -203,7 +209,7 @@ class ControlProgram(LevelWalk):
         self._place_tasks()
 
     def _further(self, size: int, head: Array) -> list[Array]:
-        """Joints, frames, chains, joint limits and tasks; see `LevelWalk._further`."""
+        """Joints, frames, chains, joint limits and tasks; see `ResolverProgram._further`."""
         robot, parts = self.robot, []
 
         def add(part: Array) -> int:
@@ -228,6 +234,8 @@ class ControlProgram(LevelWalk):
         for level, forms in enumerate(self._forms):
             at = slots.HEAD + level * slots.RECORD
             head[at + slots.TASKS], head[at + slots.TASK] = len(forms), size
+            if any(form.record[slots.KIND] == slots.CLIMB for each in self._forms[: level + 1] for form in each):
+                head[at + slots.BOUND] = 0  # without ∂J/∂q of such a task, the measure has no known gradient
             self._task_places.append([add(form.record) for form in forms])
         return parts
 
@@ -253,7 +261,7 @@ class ControlProgram(LevelWalk):
                 row += form.height
             self.places.append(made)
         self._units_of_rows = [self._row_units(level) for level in range(len(self._levels))]
-        self.eased_limiters = self.resolver.eased[: len(self.levels)]
+        self.eased_limiters = eased_of(self.resolver)[: len(self.levels)]
         self._last = self.view(slots.LAST, self.robot.n)
         if self._limits is None:
             self.put_bounds(Bounds.free(self.robot.n))
@@ -313,9 +321,9 @@ class ControlProgram(LevelWalk):
 
     def restart(self, resolver: Resolver) -> None:
         """Begins a new run, with a resolver that is equal to the one before but has begun anew."""
-        if isinstance(resolver, PriorityResolver):
+        if is_compilable(resolver):
             self.resolver = resolver
-            self.eased_limiters = resolver.eased[: len(self.levels)]
+            self.eased_limiters = eased_of(resolver)[: len(self.levels)]
         self.program[slots.MADE] = 0
 
     def put_memory(self, previous: Array, stopped: Array) -> None:
@@ -385,6 +393,15 @@ def joint_places(robot: Robot) -> tuple[Array, Array]:
     return values - 1 + before, turning.astype(float)
 
 
-def fits(robot: Robot, forms: Sequence[Sequence[CompiledForm]]) -> bool:
-    """Whether kernels have room for a robot and for levels of tasks of these forms."""
-    return max(robot.n, *(sum(form.height for form in level) for level in forms), 1) <= MOST
+def fits(robot: Robot, resolver: Compilable, forms: Sequence[Sequence[CompiledForm]]) -> bool:
+    """Whether kernels have room for a robot and for levels of tasks of these forms, and what the resolver needs."""
+    if isinstance(resolver, TaskReconstruction) and not all(_differentiable(each) for level in forms for each in level):
+        return False
+    rows = [sum(form.height for form in level) for level in forms]
+    return max(robot.n, len(forms), rows_together(resolver, rows)) <= MOST
+
+
+def _differentiable(form: CompiledForm) -> bool:
+    """Whether compiled code knows ∂J/∂q of a task's rows, or NumPy does not know it either."""
+    kind = form.record[slots.KIND]
+    return bool(kind not in (slots.GIVEN, slots.POSE) or (kind == slots.POSE and form.root is None))

@@ -11,7 +11,7 @@ import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.control.compiled_loop.control_program import ControlProgram
-from robust_ik.control.compiled_loop.level_walk import SIZES
+from robust_ik.control.compiled_loop.resolver_program import SIZES
 
 MOST_SEED = 2**53
 """Seeds of runs are below this: they travel as doubles."""

@@ -66,9 +66,7 @@ class WeightedPriority(InverseResolver):
         start, bounds = feasible_start(problem.bounds)
         problem = replace(problem, bounds=bounds)
         rows, wanted = self._weighted(problem)
-        hessian = rows.T @ rows
-        hessian += (REGULARISATION * max(float(np.trace(hessian)), LEAST)) * np.eye(len(start))
-        free = np.linalg.solve(hessian, rows.T @ wanted).astype(float)
+        free = _regularised(rows, wanted)
         if bounds.contains(free, 0.0):
             return verdict(problem, free, [1.0] * len(problem.levels), reductions(problem))
         metric = self._metric(problem)
@@ -112,3 +110,12 @@ class WeightedPriority(InverseResolver):
 
 LEAST = 1e-12
 """Scale of the regularisation if nothing is asked."""
+
+
+def _regularised(rows: Array, wanted: Array) -> Array:
+    """The q̇ that minimises ‖rows q̇ − wanted‖² + ε ‖q̇‖², without squares of `rows`, which lose half the digits."""
+    n = rows.shape[1]
+    root = np.sqrt(REGULARISATION * max(float(np.sum(rows * rows)), LEAST))
+    rows, wanted = np.concatenate([rows, root * np.eye(n)]), np.concatenate([wanted, np.zeros(n)])
+    Q, R = np.linalg.qr(rows)
+    return np.asarray(np.linalg.solve(R, Q.T @ wanted))

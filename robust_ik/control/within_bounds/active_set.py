@@ -19,6 +19,9 @@ SAME = 1e-10
 ROUNDING = 1e-11
 """Multipliers below this fraction of the gradient count as zero."""
 
+SHORT = 1e-12
+"""Rows shorter than this fraction of the longest are rounding: a joint that does not take part stops nothing."""
+
 
 def minimise(
     hessian: Array, slope: Array, rows: Array, room: Array, start: Array, working: Sequence[int] = ()
@@ -43,10 +46,10 @@ def minimum(
 ) -> tuple[Array, list[int]]:
     """As `minimise`, with the rows that act at the minimum: a guess for the next similar program."""
     lengths = np.linalg.norm(rows, axis=1)
-    kept = lengths > 0
+    kept = lengths > SHORT * lengths.max(initial=0.0)
     index, rows_kept = np.cumsum(kept) - 1, np.flatnonzero(kept)
     rows, room = rows[kept] / lengths[kept, None], room[kept] / lengths[kept]
-    y, held = start, [int(index[each]) for each in working]
+    y, held = start, [int(index[each]) for each in working if kept[each]]
     for _ in range(3 * (len(rows) + len(y))):
         step = _free_step(hessian, hessian @ y + slope, rows[held])
         share, stop = _first_stop(rows, room - rows @ y, step, held)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robust_ik.checks import Array
-from robust_ik.control.bounds import Bounds
+from robust_ik.control.bounds import ROUNDING, Bounds
 from robust_ik.control.within_bounds.bounded_qp import share_of, solve_within
 from robust_ik.control.within_bounds.motion_cost import MotionCost, motion_cost
 from robust_ik.control.within_bounds.null_space import Freedom, Reduced
@@ -63,7 +63,7 @@ def within_speeds(wish: Wish) -> Array:
     fastest = wish.bounds.fastest
     if fastest is None:
         return wish.motion
-    left = np.maximum(fastest - np.sign(wish.motion) * wish.qdot, 0.0)
+    left = np.maximum(fastest - np.sign(wish.motion) * wish.qdot, 0.0) + ROUNDING
     too_fast = np.abs(wish.motion) > left
     share = np.min(left[too_fast] / np.abs(wish.motion[too_fast]), initial=1.0)
     return np.asarray(share * wish.motion)

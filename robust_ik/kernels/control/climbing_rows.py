@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 
-from robust_ik.kernels.chain import chain_layout as links
-from robust_ik.kernels.chain.chain_kinematics import MOST_JOINTS, SIX
-from robust_ik.kernels.chain.hessian_contraction import bend
+from robust_ik.kernels.chain.chain_kinematics import SIX
 from robust_ik.kernels.compiler.compiling import called
 from robust_ik.kernels.compiler.stack_memory import ONE, Pointer, Sizes, further, stack
 from robust_ik.kernels.control import control_layout as slots
 from robust_ik.kernels.control.frame_motion import END, frame_place, map_of
+from robust_ik.kernels.control.jacobian_gradients import add_gradient
 from robust_ik.kernels.control.level_freedom import MATRIX, RANK_TOLERANCE, VECTOR
 from robust_ik.kernels.matrices.small_svd import decompose_some
 
@@ -23,34 +22,6 @@ DOUBTFUL = 1e-9
 
 
 @called
-def add_gradient(
-    program: Pointer, task: Pointer, place: Pointer, u: Pointer, stride: int, v: Pointer, share: float,
-    gradient: Pointer,
-) -> None:  # fmt: skip
-    """Adds share · uᵀ (∂J/∂q) v; u has a number every `stride` places, one for each row of the measure."""
-    n, chain = (
-        int(program[slots.JOINTS]),
-        further(program, int(program[int(program[slots.FRAME]) + 2 * int(task[slots.PLACE])])),
-    )
-    twists, count = further(place, END + 6 * n), int(chain[links.JOINTS])
-    motions, bends, wrench = stack(0.0, ONE, MOST_JOINTS), stack(0.0, MOST_JOINTS, SIX), stack(0.0, ONE, SIX)
-    for i in range(6):
-        wrench[i] = 0.0
-    for r in range(int(task[slots.COUNT_OF_ROWS])):
-        row = int(task[slots.CHOSEN_ROWS + r])
-        wrench[row] = u[r * stride] * (task[slots.SCALE] if row > 2 else 1.0)
-    for i in range(count):
-        at = links.HEAD + i * links.STRIDE
-        motions[i] = chain[at + links.FACTOR] * v[int(chain[at + links.COLUMN])]
-    bend(twists, motions, count, bends, 0.0)
-    for k in range(count):
-        at, total = links.HEAD + k * links.STRIDE, 0.0
-        for r in range(6):
-            total += wrench[r] * bends[6 * k + r]
-        gradient[int(chain[at + links.COLUMN])] += share * chain[at + links.FACTOR] * total
-
-
-@called
 def climbing_rows(
     program: Pointer, desk: Pointer, task: Pointer, J: Pointer, x: Pointer, error: Pointer, width: Sizes
 ) -> int:
@@ -58,7 +29,7 @@ def climbing_rows(
     n, place = int(program[slots.JOINTS]), frame_place(program, desk, int(task[slots.PLACE]))
     m, twists = int(task[slots.COUNT_OF_ROWS]), further(place, END)
     A, U, s, Vt = stack(0.0, ONE, MATRIX), stack(0.0, ONE, MATRIX), stack(0.0, ONE, VECTOR), stack(0.0, ONE, MATRIX)
-    gradient, longest, k = stack(0.0, ONE, VECTOR), 1.0, min(m, n)
+    gradient, wrench, longest, k = stack(0.0, ONE, VECTOR), stack(0.0, ONE, SIX), 1.0, min(m, n)
     for r in range(m):
         row = int(task[slots.CHOSEN_ROWS + r])
         for c in range(n):
@@ -81,7 +52,12 @@ def climbing_rows(
         else:
             share = value / s[i]
         if share > 0.0:
-            add_gradient(program, task, place, further(U, i), k, further(Vt, i * n), share, gradient)
+            for r in range(6):
+                wrench[r] = 0.0
+            for r in range(m):
+                row = int(task[slots.CHOSEN_ROWS + r])
+                wrench[row] = U[r * k + i] * (task[slots.SCALE] if row > 2 else 1.0)
+            add_gradient(program, desk, int(task[slots.PLACE]), wrench, further(Vt, i * n), share, gradient)
         shares += share
     slope, largest = 0.0, 0.0
     for c in range(n):

@@ -28,7 +28,12 @@ ASKED, BEFORE = 28, 29
 """Places of q, and of the last velocities, of the step that is on the desk: for its report."""
 MADE = 30
 """How many steps have been made."""
-HEAD = 32
+RESOLVER = 31
+"""How the levels are resolved, see WALK."""
+WAY_BACK, COMPENSATED = 32, 33
+"""Of reconstructed tasks: the speed of the way back up, and whether other levels' changes of a measure are made up for.
+"""
+HEAD = 40
 """Numbers before the records of the levels."""
 
 M, WAY, GAIN, PARAMETERS, RELATIVE = 0, 1, 2, 3, 4
@@ -40,7 +45,10 @@ LEFT, SIGMA, OWN, RIGHT, AIM, FOUND = 9, 10, 11, 12, 13, 14
 """Places on the desk of U, σ, the σ of J itself, Vt, the velocities aimed at, and of the numbers found, see FREE."""
 ERROR, TASKS, TASK = 15, 16, 17
 """Place on the desk of the error, number of the level's tasks, and the place in the program of the first one."""
-RECORD = 20
+LEVEL_WEIGHT, BOUND, SLOPE = 18, 19, 20
+"""The level's weight beside others; the bound of its measure, 0 for none; the place on the desk of the gradient of its
+measure, (n,)."""
+RECORD = 24
 """Length of a level's record."""
 
 FIRST, TURNS, UNIT = 0, 1, 2
@@ -89,14 +97,18 @@ COUNT_OF_ROWS, CHOSEN_ROWS = 11, 12
 CLIMBING = 18
 """Length of its record."""
 
-IN_FREEDOM, DECOUPLED, OUTSIDE = 0, 1, 2
-"""How a level's motion is found: by a gain formula of J N, or of J and then projected; or outside of compiled code."""
+WALK, WEIGHTED = 0, 1
+"""How levels are resolved: one after another, or all at once by their weights."""
+IN_FREEDOM, DECOUPLED, OUTSIDE, RECONSTRUCTED = 0, 1, 2, 3
+"""How a level's motion is found: by a gain formula of J N, or of J and then projected; outside of compiled code; or by
+a gain formula of J N for a velocity that keeps measures above their bounds."""
 SLIDING, SATURATION, SCALING, NEAREST, KEEPING = 0, 1, 2, 3, 4
 """Limiters."""
 
-FREE, RANK, CLOSED, COUNT, SHARE = 0, 1, 2, 3, 4
+FREE, RANK, CLOSED, COUNT, SHARE, LOW = 0, 1, 2, 3, 4, 5
 """What is found of a level: dimension of its freedom, its rank, how many directions are closed to lower levels, how
-many singular values it has, the share of its motion."""
+many singular values it has, the share of its motion, and its measure if that is below its bound and its gradient is
+known, else 0."""
 NUMBERS = 8
 """Room for them."""
 

@@ -13,6 +13,7 @@ from robust_ik.kernels.control.joint_rows import joint_bounds, joint_rows
 from robust_ik.kernels.control.level_freedom import record_of
 from robust_ik.kernels.control.pose_rows import direction_rows, pose_rows, twist_rows
 from robust_ik.kernels.control.resolve_levels import resolve
+from robust_ik.kernels.control.weighted_levels import weigh_levels
 
 
 @called
@@ -92,5 +93,8 @@ def control_step(program: Pointer, desk: Pointer, q: Pointer, out: Pointer, widt
         return status
     if program[slots.LIMITS] > 0.0:
         joint_bounds(program, desk, q)
-    status = resolve(program, desk, 0, False, width)
+    if program[slots.RESOLVER] == slots.WEIGHTED:
+        status = weigh_levels(program, desk, width)
+    else:
+        status = resolve(program, desk, 0, False, width)
     return status if status != slots.DONE else finish(program, desk, out)

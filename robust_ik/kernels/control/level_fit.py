@@ -67,8 +67,8 @@ def within_speeds(program: Pointer, desk: Pointer, qdot: Pointer, motion: Pointe
     """Fills in the motion, slowed as much as speed limits alone require."""
     n, share, speeds = int(program[slots.JOINTS]), 1.0, further(desk, int(program[slots.SPEEDS]))
     for c in range(n if program[slots.HAS_SPEEDS] > 0.0 else 0):
-        left = max(speeds[c] - (qdot[c] if motion[c] > 0.0 else -qdot[c]), 0.0)
-        if motion[c] != 0.0 and abs(motion[c]) > left:
+        left = max(speeds[c] - (qdot[c] if motion[c] > 0.0 else -qdot[c]), 0.0) + ROUNDING
+        if abs(motion[c]) > left:
             share = min(share, left / abs(motion[c]))
     for c in range(n):
         slower[c] = share * motion[c]

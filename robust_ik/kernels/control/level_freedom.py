@@ -48,15 +48,21 @@ def basis_of(program: Pointer, desk: Pointer, level: int) -> Pointer:
 @called
 def reduce(program: Pointer, desk: Pointer, level: int, width: Sizes) -> bool:
     """Decomposes J in the freedom left to a level; False if J is not finite."""
+    d = int(program[slots.JOINTS])
+    if level > 0:
+        above = found_of(program, desk, level - 1)
+        d = int(above[slots.FREE]) - int(above[slots.CLOSED])
+    return reduce_to(program, desk, level, d, width)
+
+
+@called
+def reduce_to(program: Pointer, desk: Pointer, level: int, d: int, width: Sizes) -> bool:
+    """Decomposes J in the freedom of d dimensions that is left to a level, or in that of all joints if d = n."""
     record, found, n = record_of(program, level), found_of(program, desk, level), int(program[slots.JOINTS])
     m = int(record[slots.M])
     J, U = further(desk, int(record[slots.JACOBIAN])), further(desk, int(record[slots.LEFT]))
     s, own = further(desk, int(record[slots.SIGMA])), further(desk, int(record[slots.OWN]))
     Vt = further(desk, int(record[slots.RIGHT]))
-    d = n
-    if level > 0:
-        above = found_of(program, desk, level - 1)
-        d = int(above[slots.FREE]) - int(above[slots.CLOSED])
     count = min(m, d)
     found[slots.FREE], found[slots.COUNT] = float(d), float(count)
     if d == n:
@@ -143,31 +149,43 @@ def project(program: Pointer, desk: Pointer, level: int, motion: Pointer) -> Non
 
 
 @called
+def fill_gains(
+    program: Pointer, record: Pointer, s: Pointer, count: int, largest: float, gains: Pointer
+) -> None:  # fmt: skip
+    """Fills in the gains φ(σ) of the level's formula, 0 for σ = 0, thresholds relative to `largest`."""
+    address, parameters = int(record[slots.GAIN]), further(program, int(record[slots.PARAMETERS]))
+    product, first = 1.0, s[0]
+    if record[slots.RELATIVE] > 0.0 and s[0] < largest * BESIDE:
+        product, first = largest, largest
+    for i in range(count):
+        product *= s[i]
+    for i in range(count):
+        gains[i] = 0.0
+        if s[i] > 0.0:
+            smallest = s[count - 1]
+            place = (s[i], first, smallest, product if smallest > 0.0 else 0.0, float(count - 1 - i), parameters)
+            gains[i] = call_gain(address, place)
+
+
+@called
 def filtered(
     program: Pointer, record: Pointer, U: Pointer, s: Pointer, Vt: Pointer, count: int, largest: float,
     wanted: Pointer, motion: Pointer,
 ) -> None:  # fmt: skip
     """Fills in the motion V φ Uᵀ wanted by the level's gain formula, thresholds relative to `largest`."""
-    n, m = int(program[slots.JOINTS]), int(record[slots.M])
-    address, parameters = int(record[slots.GAIN]), further(program, int(record[slots.PARAMETERS]))
+    n, m, longest, gains = int(program[slots.JOINTS]), int(record[slots.M]), 0.0, stack(0.0, ONE, VECTOR)
     for c in range(n):
         motion[c] = 0.0
-    product, first, longest = 1.0, s[0], 0.0
-    if record[slots.RELATIVE] > 0.0 and s[0] < largest * BESIDE:
-        product, first = largest, largest
-    for i in range(count):
-        product *= s[i]
     for r in range(m):
         longest = max(longest, abs(wanted[r]))
     shorter = LARGEST / longest if longest > LARGEST else 1.0
+    fill_gains(program, record, s, count, largest, gains)
     for i in range(count):
         if s[i] > 0.0:
             along = 0.0
             for r in range(m):
                 along += wanted[r] * U[r * count + i]
-            smallest = s[count - 1]
-            place = (s[i], first, smallest, product if smallest > 0.0 else 0.0, float(count - 1 - i), parameters)
-            share = call_gain(address, place) * (shorter * along)
+            share = gains[i] * (shorter * along)
             for c in range(n):
                 motion[c] += share * Vt[i * n + c]
 

@@ -16,6 +16,10 @@ SAME = 1e-10
 """Unit rows with a smaller slope than this along a unit step do not stop it; as in `active_set`."""
 ROUNDING = 1e-11
 """Multipliers below this fraction of the gradient count as zero; as in `active_set`."""
+SHORT = 1e-12
+"""Rows shorter than this fraction of the longest are rounding, and stop nothing; as in `active_set`."""
+VANISHED = 1e-13
+"""A step whose free part is shorter than this fraction of it has no free part, but rounding: in any direction."""
 ROUNDS = 3
 """Most changes of the active set, per row and unknown; as in `active_set`."""
 
@@ -71,21 +75,30 @@ def nearest_inside(
     width, rows = len(ROOM), pairs + singles
     Q, R = stack(0.0, ROOM, ROOM), stack(0.0, ROOM, ROOM)
     step, pull, at = stack(0.0, ONE, ROOM), stack(0.0, ONE, ROOM), stack(0.0, ONE, ROOM)
+    longest = 0.0
     for c in range(d):
         y[c] = 0.0
     for r in range(rows):
         row = further(normals, r * d)
+        longest = max(longest, dot(row, row, d))
+    longest = math.sqrt(longest)
+    for r in range(rows):
+        row = further(normals, r * d)
         size = math.sqrt(dot(row, row, d))
-        if size > 0.0:
+        if size > SHORT * longest:
             for c in range(d):
                 row[c] /= size
             room[r if r < pairs else r + pairs] /= size
             if r < pairs:
                 room[r + pairs] /= size
+        else:
+            for c in range(d):
+                row[c] = 0.0
     held = 0
     for _ in range(ROUNDS * (pairs + rows + d)):
         for c in range(d):
             step[c] = wanted[c] - y[c]
+        whole = math.sqrt(dot(step, step, d))
         for _ in range(2 if held > 0 else 0):
             for i in range(held):
                 basis = further(Q, i * width)
@@ -93,8 +106,8 @@ def nearest_inside(
                 for c in range(d):
                     step[c] -= share * basis[c]
         size = math.sqrt(dot(step, step, d))
-        best, stop = 1.0, -1
-        if held < d:
+        best, stop = 1.0 if size > VANISHED * whole else 0.0, -1
+        if held < d and best > 0.0:
             for r in range(rows):
                 row = further(normals, r * d)
                 slope, reached = dot(row, step, d), dot(row, y, d)

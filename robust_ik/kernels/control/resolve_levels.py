@@ -17,6 +17,7 @@ from robust_ik.kernels.control.level_freedom import (
     steady,
 )
 from robust_ik.kernels.control.polyhedron_projection import dot
+from robust_ik.kernels.control.reconstructed_motion import reconstructed_motion
 
 SHORT = 0.5e-9
 """A row below its floor by more than this is not kept; half of `bounds.CONTRADICTION`, as in `feasible_start`."""
@@ -58,7 +59,10 @@ def resolve_level(program: Pointer, desk: Pointer, level: int, given: bool, widt
         missing_of(program, desk, level, qdot, missing)
         if record[slots.WAY] == slots.OUTSIDE:
             return False
-        level_motion(program, desk, level, width)
+        if record[slots.WAY] == slots.RECONSTRUCTED:
+            reconstructed_motion(program, desk, level, width)
+        else:
+            level_motion(program, desk, level, width)
     else:
         project(program, desk, level, motion)
     size = length_of(missing, int(record[slots.M]))

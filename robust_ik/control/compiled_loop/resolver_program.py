@@ -1,6 +1,6 @@
-"""The program and the desk of a priority resolver's walk down the levels, for problems of one shape.
+"""The program and the desk of a resolver, for problems of one shape.
 
-`PriorityResolver.resolve` in NumPy is the reference; tests compare the two.
+`Resolver.resolve` in NumPy is the reference; tests compare the two.
 """
 
 from __future__ import annotations
@@ -9,15 +9,24 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeGuard
 
 import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.control.bounds import Bounds
 from robust_ik.control.problem import VelocityProblem
-from robust_ik.control.resolvers import DecoupledPriority, PriorityResolver, Resolver, TaskPriority
+from robust_ik.control.resolvers import (
+    DecoupledPriority,
+    PriorityResolver,
+    Resolver,
+    TaskPriority,
+    TaskReconstruction,
+    WeightedPriority,
+)
 from robust_ik.control.resolvers.priority_resolver import Settled
-from robust_ik.control.within_bounds.limiters import Limiter, QuadraticProgram, Saturation, Scaling, Sliding
+from robust_ik.control.resolvers.task_reconstruction import smooth
+from robust_ik.control.within_bounds.limiters import Eased, Limiter, QuadraticProgram, Saturation, Scaling, Sliding
 from robust_ik.control.within_bounds.null_space import Freedom, Reduced
 from robust_ik.inverses import GainFormula, RobustInverse, SingularValueFilter
 from robust_ik.inverses.task_equation import TaskEquation
@@ -32,11 +41,36 @@ def limiter_code(limiter: Limiter) -> int | None:
     return codes.get(type(limiter))
 
 
-def walks(resolver: Resolver) -> bool:
-    """Whether the walk of a resolver can be compiled; motions of its levels may still come from Python."""
-    if not isinstance(resolver, PriorityResolver) or type(resolver).resolve is not PriorityResolver.resolve:
+Compilable = PriorityResolver | WeightedPriority
+"""Resolvers of which some have a compiled form, see `is_compilable`."""
+
+WAYS = {
+    TaskPriority: slots.IN_FREEDOM,
+    DecoupledPriority: slots.DECOUPLED,
+    TaskReconstruction: slots.RECONSTRUCTED,
+    WeightedPriority: slots.IN_FREEDOM,
+}
+"""How compiled code finds the motions of a resolver's levels."""
+
+
+def is_compilable(resolver: Resolver) -> TypeGuard[Compilable]:
+    """Whether a resolver has a compiled form; motions of its levels may still come from Python."""
+    kind = type(resolver)
+    if kind is WeightedPriority or kind is TaskReconstruction:
+        if isinstance(resolver, TaskReconstruction) and resolver.shape is not smooth:
+            return False
+        if any(gain_address(each) is None for each in resolver.inverses):  # type: ignore[attr-defined]
+            return False
+    if kind is WeightedPriority:
+        return True
+    if not isinstance(resolver, PriorityResolver) or kind.resolve is not PriorityResolver.resolve:
         return False
     return limiter_code(resolver.limiter) is not None
+
+
+def eased_of(resolver: Compilable) -> tuple[Eased, ...]:
+    """The limiters of a resolver's levels with their memory, if it has any."""
+    return resolver.eased if isinstance(resolver, PriorityResolver) else ()
 
 
 def gain_address(inverse: RobustInverse) -> int | None:
@@ -120,8 +154,8 @@ class LevelDesk:
         )
 
 
-class LevelWalk:
-    """The program and the desk of a walk, and what runs it.
+class ResolverProgram:
+    """The program and the desk of a resolver, and what runs them.
 
     Attributes:
         resolver: The resolver, begun for a run.
@@ -133,11 +167,11 @@ class LevelWalk:
         setup: Its first argument.
     """
 
-    def __init__(self, resolver: PriorityResolver, n: int, rows: Sequence[int], dt: float, room: int = 0) -> None:
-        """Makes a walk.
+    def __init__(self, resolver: Compilable, n: int, rows: Sequence[int], dt: float, room: int = 0) -> None:
+        """Makes a program.
 
         Args:
-            resolver: A resolver for which `walks` holds, begun for a run.
+            resolver: A resolver for which `is_compilable` holds, begun for a run.
             n: Number of joints.
             rows: Number of rows of each level.
             dt: Length of a step, s; 0 if unknown.
@@ -154,30 +188,40 @@ class LevelWalk:
 
     @property
     def widest(self) -> int:
-        """The largest number of joints, or of rows of a level."""
-        return max(self.shape[0], *self.shape[1], 1)
+        """The largest number of joints, or of rows of a level; of all levels, for measures of them together."""
+        return max(self.shape[0], rows_together(self.resolver, self.shape[1]))
 
     def _further(self, size: int, head: Array) -> list[Array]:  # noqa: ARG002
         """Further parts of the program, after `size` numbers; their places are written into the head."""
         return []
 
     @staticmethod
-    def _written(resolver: PriorityResolver, n: int, rows: Sequence[int], dt: float) -> list[Array]:
-        """The program without places, and without what it has for more than the walk."""
+    def _written(resolver: Compilable, n: int, rows: Sequence[int], dt: float) -> list[Array]:
+        """The program without places, and without what it has for more than resolving levels."""
         head = np.zeros(slots.HEAD + slots.RECORD * len(rows))
         head[slots.JOINTS], head[slots.LEVELS], head[slots.DT] = n, len(rows), dt
-        head[slots.LIMITER], head[slots.STEADY] = limiter_code(resolver.limiter) or 0, resolver.steady
-        head[slots.RELEASE] = resolver.release
-        head[slots.RISE] = resolver.eased[0].rise if resolver.eased else 0.0
+        head[slots.STEADY] = resolver.steady
+        if isinstance(resolver, PriorityResolver):
+            head[slots.LIMITER], head[slots.RELEASE] = limiter_code(resolver.limiter) or 0, resolver.release
+            head[slots.RISE] = resolver.eased[0].rise if resolver.eased else 0.0
+        else:
+            head[slots.RESOLVER] = slots.WEIGHTED
+        if isinstance(resolver, TaskReconstruction):
+            head[slots.WAY_BACK] = -resolver.recovery if resolver.printed_sign else resolver.recovery
+            head[slots.COMPENSATED] = resolver.compensate
         parts = [head]
-        way = {TaskPriority: slots.IN_FREEDOM, DecoupledPriority: slots.DECOUPLED}.get(type(resolver))
+        way = WAYS.get(type(resolver), slots.OUTSIDE)
         for level, m in enumerate(rows):
             record = head[slots.HEAD + level * slots.RECORD :]
             inverse = resolver.inverse_of(level)
-            address = None if way is None else gain_address(inverse)
-            record[slots.M], record[slots.WAY] = m, slots.OUTSIDE if address is None or way is None else way
+            address = None if way == slots.OUTSIDE else gain_address(inverse)
+            record[slots.M], record[slots.WAY] = m, slots.OUTSIDE if address is None else way
             record[slots.GAIN], record[slots.RELATIVE] = address or 0, inverse.relative
             record[slots.PARAMETERS] = sum(map(len, parts))
+            if isinstance(resolver, WeightedPriority):
+                record[slots.LEVEL_WEIGHT] = resolver.weight_of(level)
+            if isinstance(resolver, TaskReconstruction):
+                record[slots.BOUND] = resolver.bounds[min(level, len(resolver.bounds) - 1)]
             parts.append(np.array(inverse.parameters if isinstance(inverse, GainFormula) else (), dtype=float))
         return parts
 
@@ -205,7 +249,7 @@ class LevelWalk:
             sizes = {
                 slots.X: m, slots.JACOBIAN: m * n, slots.MISSING: m, slots.RESIDUAL: m, slots.LEFT: m * k,
                 slots.SIGMA: k, slots.OWN: k, slots.RIGHT: n * n, slots.AIM: n, slots.FOUND: slots.NUMBERS,
-                slots.ERROR: m,
+                slots.ERROR: m, slots.SLOPE: n,
             }  # fmt: skip
             for place, count in sizes.items():
                 take(at + place, count)
@@ -255,8 +299,15 @@ class LevelWalk:
         start = self.qdot.copy()
         reduced = tuple(each.reduced for each in self.levels[: level + 1])
         freedom = Freedom.whole(len(start)) if level == 0 else Freedom(reduced[-2].below)
+        if not isinstance(self.resolver, PriorityResolver):
+            raise TypeError(f"{type(self.resolver).__name__} resolves all levels at once")  # and asks for no motions
         settled = Settled(problem, level, self.resolver.inverse_of(level), start, freedom, reduced)
         return self.resolver.motion(settled)
+
+
+def rows_together(resolver: Compilable, rows: Sequence[int]) -> int:
+    """The most rows that are decomposed together."""
+    return sum(rows) if isinstance(resolver, TaskReconstruction) else max(rows, default=1)
 
 
 def kernel_for(most: int) -> Callable[..., int]:
