@@ -137,7 +137,10 @@ def start_and_target(name, kind, seed):
 
 
 def run(each, *, seconds=60.0, steps=12_000, start=None):
-    """The motion until it has rested for half a second, or is cut off; from other joint values than it has drawn."""
+    """The motion until it has rested for half a second, or is cut off; from other joint values than it has drawn.
+
+    What a prepared loop does in one compiled call runs until it is cut off, which takes less time than to look at it.
+    """
     robot, (lower, upper, speeds) = arm(each.arm), ends(each.arm)
     q, target = start_and_target(each.arm, each.kind, each.seed)
     q = moved_start(robot, q if start is None else robot.configuration(start))
@@ -145,21 +148,34 @@ def run(each, *, seconds=60.0, steps=12_000, start=None):
     if each.posture:
         stack.append([rik.PostureTask(robot.rest, gain=2.0)])
     controller = rik.VelocityController(robot, each.resolver, limits(each.arm, each.surroundings))
-    rng, moving, asked, outside = np.random.default_rng(each.seed), np.zeros(robot.n), [], 0.0
-    last, count = int(0.5 / each.dt), int(min(seconds / each.dt, steps))
+    loop, count = rik.ControlLoop(controller, stack, each.dt), int(min(seconds / each.dt, steps))
+    last = int(0.5 / each.dt)
+    if loop.compiled:
+        how = {"noise": NOISE, "lag": LAG, "seed": each.seed} if each.noisy else {}
+        found = loop.runs(q[None], count, **how)
+        asked, all_q = found.qdot[0], found.q[0]
+    else:
+        asked, all_q = _stepped(each, controller, stack, q, count, last)
+    values, tail = robot.joint_values(all_q), np.array(asked[-last:])
+    outside = float(np.max(np.maximum(values - upper, lower - values)))
+    shakes = noise_shakes(tail, each.dt) if each.noisy else shaking(tail, speeds)
+    error = float(np.linalg.norm(robot.pose(all_q[-1])[:3, 3] - target[:3, 3]))
+    return Ending(error, float(np.abs(tail).max()), shakes, outside, len(asked) * each.dt)
+
+
+def _stepped(each, controller, stack, q, count, last):
+    """Velocities and configurations of a motion step by step, until it rests."""
+    robot, rng = controller.robot, np.random.default_rng(each.seed)
+    moving, asked, all_q = np.zeros(robot.n), [], []
     for taken in range(count):
         measured = robot.integrate(q, NOISE * rng.normal(size=robot.n)) if each.noisy else q
         asked.append(controller.step(measured, stack, each.dt).qdot)
         moving = moving + (1 - np.exp(-each.dt / LAG) if each.noisy else 1.0) * (asked[-1] - moving)
         q = robot.integrate(q, each.dt * moving)
-        values = robot.joint_values(q)
-        outside = max(outside, float(np.max(np.maximum(values - upper, lower - values))))
+        all_q.append(q)
         if taken % last == last - 1 and np.abs(asked[-last:]).max() < REST / 10:
             break
-    tail = np.array(asked[-last:])
-    shakes = noise_shakes(tail, each.dt) if each.noisy else shaking(tail, speeds)
-    error = float(np.linalg.norm(robot.pose(q)[:3, 3] - target[:3, 3]))
-    return Ending(error, float(np.abs(tail).max()), shakes, outside, len(asked) * each.dt)
+    return asked, np.array(all_q)
 
 
 def shaking(qdot, speed_limit):
