@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robust_ik.checks import Array
+from robust_ik.checks import Array, readonly
 
 CONTRADICTION = 1e-9
 """Bounds that cross by less than this count as equal, for rounding."""
@@ -56,13 +57,12 @@ class Bounds:
     @classmethod
     def free(cls, n: int) -> Bounds:
         """No bounds."""
-        nothing = np.full(n, "")
-        return cls(np.full(n, -np.inf), np.full(n, np.inf), nothing, nothing)
+        return cls(*_no_box(n))
 
     @classmethod
     def of_rows(cls, rows: Array, floor: Array, cause: tuple[str, ...]) -> Bounds:
         """Rows only: rows (r, n), floor (r,), and the limit behind each row."""
-        return replace(cls.free(rows.shape[1]), rows=rows, floor=floor, row_cause=cause)
+        return cls(*_no_box(rows.shape[1]), rows, floor, cause)
 
     def within(self, stronger: Bounds) -> Bounds:
         """Both bounds together; if the boxes contradict each other, `stronger` wins and the contradiction is noted."""
@@ -133,6 +133,14 @@ class Bounds:
             *(str(cause) for cause in self.upper_cause[at_upper]),
             *(cause for cause, there in zip(self.row_cause, on_floor) if there),
         )
+
+
+@cache
+def _no_box(n: int) -> tuple[Array, Array, NDArray[np.str_], NDArray[np.str_]]:
+    """A box without bounds, read-only since it is shared: lower, upper, and what is behind them, (n,) each."""
+    nothing = np.full(n, "")
+    nothing.setflags(write=False)
+    return readonly(np.full(n, -np.inf)), readonly(np.full(n, np.inf)), nothing, nothing
 
 
 def least_of(a: Array | None, b: Array | None) -> Array | None:

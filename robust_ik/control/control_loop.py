@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 import reprlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.checks import Array, as_array, as_measures, checked_out, checked_parameter
+from robust_ik.checks import Array, as_array, as_measures, checked_out, checked_parameter, is_plain
+from robust_ik.control.bounds import Bounds
 from robust_ik.control.compiled_loop.control_program import Place
 from robust_ik.control.compiled_loop.many_runs import MOST_SEED, LoopRuns, RunPlan, make_runs, places_of
 from robust_ik.control.resolution import Resolution
@@ -120,8 +121,11 @@ class ControlLoop:
         self._levels: Levels = checked_stack(stack)
         self._program = self.controller.program(self._levels, self.dt)
         alone = self._program is not None and not self.controller.compiled.asks_outside
-        self.compiled = self._program is not None and alone and self._program.whole
-        self._run = self._program.run if self._program is not None and self.compiled else _not_compiled
+        whole = self._program is not None and self._program.whole
+        self.compiled = whole and alone
+        self._run: Callable[..., int] = _not_compiled
+        if self._program is not None and whole:
+            self._run = self._program.run if alone else self._within_rows
         self._setup = 0 if self._program is None else self._program.setup
         places = [] if self._program is None else self._program.places
         self.tasks = [[LoopTask(place) for place in level] for level in places]
@@ -154,6 +158,7 @@ class ControlLoop:
             self.controller.compiled.keep(self._program, self.controller.begun(self.dt))
             self._program.begin(self.controller.qdot)
         self._found: Resolution | None = None
+        self._rows: Bounds | None = None
 
     def step(self, q: Array, out: Array | None = None) -> Array:
         """Joint velocities for the step from q.
@@ -270,10 +275,18 @@ class ControlLoop:
             InputError: No step has been made, or the last one was refused.
         """
         if self._found is None and self._program is not None and self._program.made:
-            self._found = self.controller.compiled.unread(self._program, self._program.velocities, None)
+            self._found = self.controller.compiled.unread(self._program, self._program.velocities, self._rows)
         if self._found is None:
             raise InputError("there is no report before a step is made, or after one that was refused")
         return self._found
+
+    def _within_rows(self, _setup: int, q: ArrayLike, out: Array, *_: int) -> int:
+        """A step in compiled code whose limits are computed outside of it in part. Returns a status."""
+        n, robot = len(out) if type(out) is np.ndarray else -1, self.controller.robot
+        if self._program is None or not (is_plain(q, robot.nq) and n == robot.n and is_plain(out, n)):
+            return UNLIKE
+        self._rows = self.controller.compiled.prepared(self._program, q, out)
+        return UNLIKE if self._rows is None else DONE
 
     def _otherwise(self, q: ArrayLike, out: Array) -> Array:
         """A step by the controller: from other arrays, with rows from outside, or by NumPy; raises what is wrong."""

@@ -175,8 +175,9 @@ class PinocchioModel:
         try:
             return self._of_thread.data
         except AttributeError:
-            self._of_thread.data = self.model.createData()
-            return self._of_thread.data
+            data = self._of_thread.data = self.model.createData()
+            self._of_thread.frames = [data.oMi[joint] for joint in range(self.model.njoints)]  # what it holds then
+            return data
 
     def index(self, frame: str, robot: str) -> int:
         """Index of a frame.
@@ -208,6 +209,13 @@ class PinocchioModel:
         """The Hessian of a frame, (nq,) → (6, n, n)."""
         H = frame_hessian(self.model, self._data, self.joints.all_joints(q), frame, reference)
         return H if self.joints.independent else self.joints.mixing.T @ H @ self.joints.mixing
+
+    def joint_frames(self, q: Array) -> tuple[Array, Array]:
+        """The frames of the world and of the N joints, and the unit twists of these, (nq,) → (1 + N, 4, 4), (6, N)."""
+        data = self._data
+        twists = pin.computeJointJacobians(self.model, data, self.joints.all_joints(q))
+        frames = np.array([each.homogeneous for each in self._of_thread.frames])
+        return frames, twists.reshape(6, -1)  # the bindings drop the axis of a single joint
 
     def chain(self, frame: int) -> Chain:
         """The joints that move a frame, as constants."""

@@ -133,6 +133,28 @@ class CompiledSteps:
                 return None
         return self.unread(program, out, rows)
 
+    def prepared(self, program: ControlProgram, q: Array, out: Array) -> Bounds | None:
+        """A step of a prepared loop whose bounds are computed outside of compiled code in part.
+
+        Args:
+            program: The program, whose tasks are those of the step and whose desk has the memory of the steps before.
+            q: Configuration, (nq,).
+            out: Array for the velocities, (n,).
+
+        Returns:
+            The bounds of limits that are not computed in compiled code; None if NumPy has to make the step, or to say
+            what is wrong: then the memory is as before.
+        """
+        previous = program.last
+        program.keep()
+        rows = self._bounds(self._others, q, previous, program.dt)
+        found = None
+        if len(rows.floor) <= program.room:
+            found = self._within_rows(program, q, out, rows, previous)
+        if found is None:
+            program.begin(previous)
+        return found
+
     def unread(self, program: ControlProgram, qdot: Array, rows: Bounds | None) -> Resolution:
         """The resolution of the step that is on a program's desk, whose report is made when it is read.
 
@@ -188,8 +210,9 @@ class CompiledSteps:
 
     def _bounds(self, limits: Sequence[Limit], q: Array, previous: Array, dt: float) -> Bounds:
         """The bounds of limits, the strongest first."""
-        bounds = Bounds.free(self.robot.n)
-        for limit in reversed(limits):
+        *stronger, weakest = limits
+        bounds = weakest.bounds(self.robot, q, previous, dt)
+        for limit in reversed(stronger):
             bounds = bounds.within(limit.bounds(self.robot, q, previous, dt))
         return bounds
 

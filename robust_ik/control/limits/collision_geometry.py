@@ -6,7 +6,7 @@ import math
 import threading
 from dataclasses import dataclass
 from itertools import product
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import coal
 import numpy as np
@@ -34,6 +34,10 @@ UNIT_TOLERANCE = 1e-6
 
 Chosen: far above rounding; where coal fails it is 0 or NaN.
 """
+
+
+Transform: TypeAlias = Any
+"""A pose as coal's type; `a * b` is b's pose in the frame that has the pose a."""
 
 
 class Contact(NamedTuple):
@@ -159,12 +163,12 @@ class _Scratch(threading.local):
 _SCRATCH = _Scratch()
 
 
-def placed(pose: Array) -> Any:
+def placed(pose: Array) -> Transform:
     """A pose (4, 4) as coal's type."""
     return coal.Transform3s(pose[:3, :3], pose[:3, 3])
 
 
-def contact(a: Geometry, pose_a: Any, b: Geometry, pose_b: Any) -> Contact:
+def contact(a: Geometry, pose_a: Transform, b: Geometry, pose_b: Transform) -> Contact:
     """The contact of two placed solids; if coal finds no usable one, that of their bounding spheres.
 
     Args:
@@ -179,17 +183,15 @@ def contact(a: Geometry, pose_a: Any, b: Geometry, pose_b: Any) -> Contact:
         coal.distance(a.solid, pose_a, b.solid, pose_b, request, result)
     except (RuntimeError, ValueError):
         return _of_spheres(a, pose_a, b, pose_b)
-    normal, point_a, point_b = (
-        np.array(each) for each in (result.normal, result.getNearestPoint1(), result.getNearestPoint2())
-    )
-    distance = float(result.min_distance)
-    usable = math.isfinite(distance + point_a @ point_a + point_b @ point_b)
-    if not (usable and abs(normal @ normal - 1) < UNIT_TOLERANCE):  # written so that NaN is not usable
+    distance, normal = float(result.min_distance), result.normal.copy()  # points are copies already
+    point_a, point_b = result.getNearestPoint1(), result.getNearestPoint2()
+    finite = math.isfinite(distance + sum(point_a.tolist()) + sum(point_b.tolist()))
+    if not (finite and abs(sum([x * x for x in normal.tolist()]) - 1) < UNIT_TOLERANCE):  # written so that NaN fails
         return _of_spheres(a, pose_a, b, pose_b)
     return Contact(distance, normal, point_a, point_b)
 
 
-def _of_spheres(a: Geometry, pose_a: Any, b: Geometry, pose_b: Any) -> Contact:
+def _of_spheres(a: Geometry, pose_a: Transform, b: Geometry, pose_b: Transform) -> Contact:
     """The contact of the bounding spheres: their distance is at most that of the solids."""
     center_a = np.array(pose_a.transform(a.center))
     if b.plane is not None:

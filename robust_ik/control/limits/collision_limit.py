@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import compress
 from pathlib import Path
 from typing import Any, Self
 
@@ -18,6 +20,7 @@ from robust_ik.control.limits.collision_geometry import Contact
 from robust_ik.control.limits.collision_pairs import IgnoredPair, possible_scene, told_scene
 from robust_ik.control.limits.collision_scene import CollisionScene, Pair
 from robust_ik.control.limits.obstacles import Obstacle
+from robust_ik.control.limits.placed_pairs import PlacedPairs
 from robust_ik.control.limits.srdf import find_srdf, read_srdf
 from robust_ik.errors import InputError
 from robust_ik.robot.robot import Robot
@@ -161,19 +164,21 @@ class CollisionLimit(Limit):
     def bounds(self, robot: Robot, q: Array, previous: Array, dt: float) -> Bounds:  # noqa: ARG002
         """A row for each pair of solids that is nearer than `influence`; see `Limit.bounds`."""
         self._check(robot)
-        return self._bounds(robot, q, self._scene.contacts(robot, q, within=self.influence), dt)
+        here = self._scene.at(robot, q)
+        return self._bounds(here, here.contacts(self.influence), dt)
 
-    def _bounds(self, robot: Robot, q: Array, contacts: Sequence[tuple[int, Contact]], dt: float) -> Bounds:
-        rows = self._scene.rows(robot, q, contacts)
+    def _bounds(self, here: PlacedPairs, contacts: Sequence[tuple[int, Contact]], dt: float) -> Bounds:
+        rows = here.rows(contacts)
+        if not contacts:
+            return Bounds.of_rows(rows, np.zeros(0), ())
         spare = np.array([there.distance for _, there in contacts]) - self.distance
         fastest = np.minimum(self.recovery_speed, np.abs(rows) @ self._reach)
         floor = np.minimum(fastest, -min(self.gain, 1 / dt) * spare)
         # A distance that no joint can change must not contradict others.
-        size = np.linalg.norm(rows, axis=1)
-        kept = np.flatnonzero((size > LEAST_ROW) & np.isfinite(size))
-        return Bounds.of_rows(
-            rows[kept], floor[kept], tuple(self._cause(contacts[index][0]) for index in kept.tolist())
-        )
+        size = np.sqrt((rows * rows).sum(axis=1))
+        kept = ((size > LEAST_ROW) & np.isfinite(size)).tolist()
+        causes = tuple(self._causes[pair] for pair, _ in compress(contacts, kept))
+        return Bounds.of_rows(rows[kept], floor[kept], causes)
 
     def tightened(self, robot: Robot, q: Array, qdot: Array, dt: float, bounds: Bounds) -> Bounds | None:
         """What is asked for more of pairs whose distance the step would bring below `distance`, and below what it was.
@@ -182,30 +187,41 @@ class CollisionLimit(Limit):
         corner of a box to another, a row for the new ones is added: the old one could not hold them. Their damper is
         added also where the step breaks nothing but that; else a body would rock from corner to corner.
         """
-        near = self._nearness(robot, q, qdot, dt, bounds)
+        here = self._scene.at(robot, q)
+        near = self._nearness(here, qdot, dt, bounds)
         if near is None:
             return None
-        end, most, given = robot.integrate(q, dt * qdot), min(self.distance + near, self.influence), bounds
-        before = dict(self._scene.contacts(robot, q, within=self.influence))
-        after = self._scene.contacts(robot, end, within=most)
-        for (index, there), here in zip(after, self._scene.carried(robot, end, q, after)):
-            missing = min(before[index].distance if index in before else np.inf, self.distance) - there.distance
-            bounds = self._asked(robot, q, qdot, dt, bounds, here, missing)
+        before = dict(here.contacts(self.influence))
+        there, given = self._scene.at(robot, robot.integrate(q, dt * qdot)), bounds
+        after = there.contacts(min(self.distance + near, self.influence))
+        if not after:
+            return None
+        carried = there.carried(here, after)
+        for (index, ending), row, back in zip(after, here.rows(carried), carried):
+            missing = min(before[index].distance if index in before else np.inf, self.distance) - ending.distance
+            bounds = self._asked(here, qdot, dt, bounds, back, row, missing)
         return None if bounds is given else bounds
 
     def _asked(
-        self, robot: Robot, q: Array, qdot: Array, dt: float, bounds: Bounds, there: tuple[int, Contact], missing: float
+        self,
+        here: PlacedPairs,
+        qdot: Array,
+        dt: float,
+        bounds: Bounds,
+        there: tuple[int, Contact],
+        row: Array,
+        missing: float,
     ) -> Bounds:
         """The bounds, with what is asked for more of points of a pair that the step brings too near by `missing`, m."""
         more = OVER * missing / dt if missing > NEARER else 0.0
-        place = self._row_of(bounds, self._cause(there[0]), self._scene.rows(robot, q, [there])[0])
+        place = self._row_of(bounds, self._causes[there[0]], row)
         if place is not None and not more:
             return bounds
         if place is not None:
             floor = bounds.floor.copy()
             floor[place] = max(floor[place], bounds.rows[place] @ qdot + more)
             return replace(bounds, floor=floor)
-        added = self._bounds(robot, q, [there], dt)
+        added = self._bounds(here, [there], dt)
         rate = added.rows @ qdot
         damped = added.floor > rate + NEARER / dt
         if not (damped.any() or (more and len(rate))):
@@ -222,29 +238,31 @@ class CollisionLimit(Limit):
         ours = [place for place, name in enumerate(bounds.row_cause) if name == cause]
         if not ours:
             return None
-        apart = np.linalg.norm(bounds.rows[ours] - row, axis=1)
-        nearest = int(np.argmin(apart))
-        return ours[nearest] if apart[nearest] <= ALIKE * np.linalg.norm(row) else None
+        apart = bounds.rows[ours] - row
+        squares = (apart * apart).sum(axis=1)
+        nearest = int(np.argmin(squares))
+        return ours[nearest] if squares[nearest] <= ALIKE**2 * (row @ row) else None
 
     def spare(self, robot: Robot, q: Array, within: float) -> dict[int, float]:
         """Distances of pairs of solids minus `distance`; see `Limit.spare`."""
         self._check(robot)
-        contacts = self._scene.contacts(robot, q, within=self.distance + within)
+        contacts = self._scene.at(robot, q).contacts(self.distance + within)
         return {index: there.distance - self.distance for index, there in contacts}
 
-    def _nearness(self, robot: Robot, q: Array, qdot: Array, dt: float, bounds: Bounds) -> float | None:
+    def _nearness(self, here: PlacedPairs, qdot: Array, dt: float, bounds: Bounds) -> float | None:
         """How far a step moves any point at most, m, if something is so near that this could make it too near."""
-        ours = np.array([cause.endswith(OURS) for cause in bounds.row_cause], dtype=bool)
-        if not ours.any():
+        ours = [place for place, cause in enumerate(bounds.row_cause) if cause.endswith(OURS)]
+        if not ours:
             return None
-        spare = -bounds.floor[ours] / min(self.gain, 1 / dt)  # what is too near has a floor ≥ 0
-        turned = dt * float(np.abs(qdot).sum())
-        frames = [robot.pose(q, self._scene.bodies.frames[body])[:3, 3] for body in self._scene.moving]
-        length = max(float(np.linalg.norm(a - b)) for a in frames for b in (np.zeros(3), *frames))
-        return turned * length if (spare < turned * length).any() else None
+        highest = float(bounds.floor[ours].max())
+        near = dt * float(np.abs(qdot).sum()) * here.span
+        # What is too near has a floor ≥ 0.
+        return near if -highest / min(self.gain, 1 / dt) < near else None
 
-    def _cause(self, pair: int) -> str:
-        return " - ".join(self._scene.names(pair)) + OURS
+    @cached_property
+    def _causes(self) -> list[str]:
+        """The cause of the rows of each pair of solids."""
+        return [" - ".join(names) + OURS for names in self._scene.all_names]
 
     @checked
     def distances(self, robot: Robot, q: ArrayLike) -> list[PairDistance]:
@@ -259,7 +277,7 @@ class CollisionLimit(Limit):
         if q.ndim != 1:
             raise InputError(f"q must be one configuration of shape ({robot.nq},), got {q.shape}")
         nearest: dict[Pair, Contact] = {}
-        for index, there in self._scene.contacts(robot, q):
+        for index, there in self._scene.at(robot, q).contacts():
             names = self._scene.names(index)
             if names not in nearest or there.distance < nearest[names].distance:
                 nearest[names] = there

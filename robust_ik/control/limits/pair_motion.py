@@ -1,0 +1,96 @@
+"""How the joints of a robot move pairs of solids relative to each other: which of them do, and how far at most."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robust_ik.checks import Array
+from robust_ik.control.limits.collision_bodies import Bodies, Solid
+from robust_ik.robot.robot import Robot
+
+FOR_ROUNDING = 1 + 1e-6
+"""Bounds are larger by this factor, so that rounding does not break them."""
+
+
+@dataclass(frozen=True, eq=False)
+class PairMotion:
+    """How the N joints of a robot's model move P pairs of solids.
+
+    A solid that a joint turns moves by no more than the angle times its farthest distance from the axis, in any
+    configuration of the joints between: at most the lengths of the links between, and what joints have slid out. A
+    distance changes by no more than one of its solids moves relative to the other.
+
+    Attributes:
+        frames: For each body, the index of its joint among the frames of `Robot.joint_frames`; 0 is the world.
+        way: +1 where a joint moves the second solid of a pair alone, −1 where it moves the first alone, else 0, (P, N).
+        farthest: Most that the distance of a pair changes per rad or m of a joint, with sliding joints at zero, (P, N).
+        extended: Where what joints have slid out is to be added to that, 1, else 0, (P, N).
+        slides: Indices of sliding joints in Pinocchio's configuration.
+        followers: Motions of all joints per motion of each independent joint, (N, n); None if they are the same.
+    """
+
+    frames: NDArray[np.int_]
+    way: Array
+    farthest: Array
+    extended: Array
+    slides: NDArray[np.int_]
+    followers: Array | None
+
+    @classmethod
+    def of(
+        cls,
+        robot: Robot,
+        bodies: Bodies,
+        solids: Sequence[Solid],
+        first: NDArray[np.int_],
+        second: NDArray[np.int_],
+    ) -> Self:
+        """The motion of pairs of solids, by their indices."""
+        model, names = robot.model, list(robot.model.names)
+        above = {joint.child: joint.name for joint in robot.description.joints}
+        frames = np.array([0, *(names.index(above[frame]) for frame in bodies.frames[1:])], dtype=int)
+        slides = np.array([name in _sliding(robot) for name in names], dtype=bool)
+        moves, reach, extended = np.zeros((3, len(solids), len(names)))
+        for index, solid in enumerate(solids):
+            center = solid.placement[:3, :3] @ solid.geometry.center + solid.placement[:3, 3]
+            joint, length, slid = int(frames[solid.body]), float(np.linalg.norm(center)) + solid.geometry.radius, False
+            while joint:
+                moves[index, joint] = 1.0
+                reach[index, joint] = 1.0 if slides[joint] else length
+                extended[index, joint] = slid and not slides[joint]
+                slid = slid or bool(slides[joint])
+                length += float(np.linalg.norm(model.jointPlacements[joint].translation))
+                joint = model.parents[joint]
+        way = moves[second] - moves[first]
+        alone = [np.where(way > 0, each[second], np.where(way < 0, each[first], 0.0)) for each in (reach, extended)]
+        return cls(
+            frames=frames,
+            way=way[:, 1:],
+            farthest=FOR_ROUNDING * alone[0][:, 1:],
+            extended=FOR_ROUNDING * alone[1][:, 1:],
+            slides=np.array([model.idx_qs[joint] for joint in np.flatnonzero(slides).tolist()], dtype=int),
+            followers=None if len(names) == robot.n + 1 else robot.mixing,
+        )
+
+    def slid(self, robot: Robot, q: Array) -> float:
+        """How far joints that slide between a turning joint and a solid have slid out at most, in all, m."""
+        if not self.extended.any():
+            return 0.0
+        return float(np.abs(robot.pinocchio_q(q)[self.slides]).sum())
+
+    def most(self, change: Array, slid: float) -> Array:
+        """Most that distances change, (P,), m, where the independent joints move by `change`, (n,)."""
+        moved = np.abs(change)
+        if self.followers is not None:
+            moved = np.abs(self.followers) @ moved
+        most: Array = self.farthest @ moved
+        return most + slid * (self.extended @ moved) if slid else most
+
+
+def _sliding(robot: Robot) -> set[str]:
+    return {joint.name for joint in robot.description.joints if joint.kind == "prismatic"}

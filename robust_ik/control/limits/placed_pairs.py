@@ -1,0 +1,251 @@
+"""Pairs of solids at one configuration: coal is asked only for those that can be near, and once for each."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robust_ik.checks import Array
+from robust_ik.control.limits.collision_bodies import Bodies, Solid
+from robust_ik.control.limits.collision_geometry import Contact, Transform, contact, placed
+from robust_ik.control.limits.pair_motion import PairMotion
+from robust_ik.robot.robot import Robot
+
+FARTHEST = 1e9
+"""Farthest position, m: bodies that a sliding joint carries further count as here."""
+FEW = 8
+"""So many pairs are asked for without a look at their bounding spheres.
+
+Chosen: a look at the spheres of all pairs takes as long as coal takes for about this many.
+"""
+SOON, AHEAD = 10.0, 0.1
+"""Where a look at the spheres is needed, pairs are asked for that may be near after so many motions like the last one,
+if all these are shorter than AHEAD, m. Chosen: their distances hold for many steps, the spheres' for few."""
+KEPT = 3
+"""Configurations that are remembered: where a step begins, where it ends, and another end that was tried."""
+
+
+class SolidPairs:
+    """Pairs of solids, wherever they are.
+
+    Attributes:
+        bodies: The bodies of the robot.
+        solids: The solids.
+        first: The index of the first solid of each pair, (P,), never a half space.
+        second: The index of the second one, (P,).
+        members: The same, as pairs of plain numbers.
+        body: The body of each solid, (S,).
+        local: The placements of solids on their bodies, for coal.
+    """
+
+    def __init__(
+        self, bodies: Bodies, solids: Sequence[Solid], first: NDArray[np.int_], second: NDArray[np.int_]
+    ) -> None:
+        self.bodies, self.solids, self.first, self.second = bodies, solids, first, second
+        self.members = list(zip(first.tolist(), second.tolist()))
+        self.body = np.array([solid.body for solid in solids], dtype=int)
+        self.local = [placed(solid.placement) for solid in solids]
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return SolidPairs, (self.bodies, self.solids, self.first, self.second)
+
+    def least_distances(self, poses: Array) -> Array:
+        """Lower bounds on the distances of all pairs, (P,), from bounding spheres, by the poses of bodies."""
+        center, radius = self._spheres
+        at = np.einsum("sij,sj->si", poses[self.body], center)[:, :3]
+        apart: Array = np.linalg.norm(at[self.second] - at[self.first], axis=1) - radius[self.first]
+        flat, plane = self._half_spaces
+        apart[~flat] -= radius[self.second][~flat]
+        apart[flat] = np.einsum("pi,pi->p", at[self.first][flat], plane[:, :3]) - plane[:, 3] - radius[self.first][flat]
+        return apart
+
+    @cached_property
+    def moving(self) -> NDArray[np.int_]:
+        """The bodies with watched solids that joints move."""
+        watched = {self.solids[index].body for index in (*self.first, *self.second)}
+        return np.array(sorted(watched - {0}), dtype=int)
+
+    @cached_property
+    def _spheres(self) -> tuple[Array, Array]:
+        """For each solid its sphere in the frame of its body: its centre, (S, 4), and radius, (S,)."""
+        centers = [solid.placement @ [*solid.geometry.center, 1.0] for solid in self.solids]
+        radii = np.array([solid.geometry.radius for solid in self.solids])
+        return np.array(centers).reshape(-1, 4), radii
+
+    @cached_property
+    def _half_spaces(self) -> tuple[NDArray[np.bool_], Array]:
+        """Which pairs include a half space, (P,), and normal and offset of those in the world, (H, 4)."""
+        seconds = [self.solids[index] for index in self.second]
+        flat = np.array([solid.geometry.plane is not None for solid in seconds], dtype=bool)
+        planes = []
+        for solid in seconds:
+            if solid.geometry.plane is not None:
+                normal = solid.placement[:3, :3] @ solid.geometry.plane[:3]
+                planes.append([*normal, solid.geometry.plane[3] + normal @ solid.placement[:3, 3]])
+        return flat, np.array(planes).reshape(-1, 4)
+
+
+class PlacedPairs:
+    """Pairs of solids at one configuration.
+
+    Attributes:
+        q: The configuration, (nq,).
+        slid: How far joints have slid out; see `PairMotion.slid`.
+        least: What distances are at least, (P,), m: their own where coal has been asked.
+    """
+
+    def __init__(
+        self, pairs: SolidPairs, motion: PairMotion, robot: Robot, q: Array, before: PlacedPairs | None = None
+    ) -> None:
+        """Pairs at a configuration.
+
+        Args:
+            pairs: The pairs.
+            motion: How the robot moves them.
+            robot: The robot.
+            q: The configuration, (nq,).
+            before: The same pairs at another configuration: from there, distances have changed by so much at most.
+        """
+        self.q, self.slid = q.copy(), motion.slid(robot, q)
+        self._pairs, self._motion, self._robot = pairs, motion, robot
+        self._found: dict[int, Contact] = {}
+        self._ready: dict[int, Transform] = {}
+        self._last: Array | None = None
+        if before is None:
+            self.least = pairs.least_distances(self.poses)
+        else:
+            change = q - before.q if robot.nq == robot.n else robot.difference(before.q, q)
+            self._last = motion.most(change, max(self.slid, before.slid))
+            self.least = before.least - self._last
+
+    @cached_property
+    def _joints(self) -> tuple[Array, Array]:
+        """The poses of bodies, (bodies, 4, 4), and the twists of joints, (6, N)."""
+        frames, twists = self._robot.joint_frames(self.q)
+        poses = frames[self._motion.frames]
+        if not np.abs(poses).max() <= FARTHEST:  # written so that NaN is not
+            poses = np.clip(np.nan_to_num(poses), -FARTHEST, FARTHEST)
+        return poses, twists
+
+    @property
+    def poses(self) -> Array:
+        """The poses of the bodies, (bodies, 4, 4)."""
+        return self._joints[0]
+
+    @cached_property
+    def span(self) -> float:
+        """The largest distance of the frames of watched bodies from each other and from the world's, m."""
+        at = self.poses[[0, *self._pairs.moving.tolist()], :3, 3]
+        return float(np.linalg.norm(at[:, None] - at, axis=2).max())
+
+    def contacts(self, within: float = np.inf) -> list[tuple[int, Contact]]:
+        """The contact of every pair that is nearer than `within`, with its index."""
+        least = self.least
+        asked = self._open(within)
+        if len(asked) > FEW:
+            spheres = self._pairs.least_distances(self.poses)
+            np.fmax(least, spheres, out=least)
+            ahead = np.zeros(1) if self._last is None else SOON * self._last
+            asked = self._open(within + np.where(ahead < AHEAD, ahead, 0.0))
+        for pair in asked:
+            there = self._ask(pair)
+            least[pair] = there.distance
+            if there.distance < within:
+                self._found[pair] = there
+        return [(pair, self._found[pair]) for pair in sorted(self._found) if self._found[pair].distance < within]
+
+    def _open(self, within: Array | float) -> list[int]:
+        """Pairs that may be nearer than that, and that coal has not been asked for yet."""
+        may = np.flatnonzero(~(self.least >= within)).tolist()
+        found = self._found
+        return [pair for pair in may if pair not in found]
+
+    def _ask(self, pair: int) -> Contact:
+        solids, (i, j) = self._pairs.solids, self._pairs.members[pair]
+        return contact(solids[i].geometry, self._place(i), solids[j].geometry, self._place(j))
+
+    def _place(self, solid: int) -> Transform:
+        """The pose of a solid, for coal."""
+        ready = self._ready
+        if solid not in ready:
+            body = int(self._pairs.body[solid])
+            if ~body not in ready:
+                ready[~body] = placed(self.poses[body])
+            ready[solid] = ready[~body] * self._pairs.local[solid]
+        return ready[solid]
+
+    def rows(self, contacts: Sequence[tuple[int, Contact]]) -> Array:
+        """The derivative of the distance of each contact, (r, n), in m per rad or m."""
+        if not contacts:
+            return np.zeros((0, self._robot.n))
+        pairs = [pair for pair, _ in contacts]
+        points = np.array([there.point_a + there.point_b for _, there in contacts]) / 2
+        normals = np.array([there.normal for _, there in contacts])
+        # n · (v + ω × p) = n · v + (p × n) · ω, the same for all points along n.
+        wrenches = np.concatenate([normals, _cross(points, normals)], axis=1)
+        way = self._motion.way[pairs]
+        rows = np.where(way == 0, 0.0, way * (wrenches @ self._joints[1]))
+        return rows if self._motion.followers is None else rows @ self._motion.followers
+
+    def carried(self, elsewhere: PlacedPairs, contacts: Sequence[tuple[int, Contact]]) -> list[tuple[int, Contact]]:
+        """Contacts found here with their points carried along by their bodies to another configuration.
+
+        Args:
+            elsewhere: The same pairs where the contacts are wanted.
+            contacts: The contacts.
+
+        Returns:
+            The same points there, with the normals as they were, and the distances along these.
+        """
+        before, after = self.poses, elsewhere.poses
+        found = []
+        for pair, each in contacts:
+            points = []
+            for solid, point in zip(self._pairs.members[pair], (each.point_a, each.point_b)):
+                body = self._pairs.body[solid]
+                local = before[body, :3, :3].T @ (point - before[body, :3, 3])
+                points.append(after[body, :3, :3] @ local + after[body, :3, 3])
+            distance = float(each.normal @ (points[1] - points[0]))
+            found.append((pair, Contact(distance, each.normal, *points)))
+        return found
+
+
+class RecentPlaces(threading.local):
+    """Where pairs have been last, for each thread."""
+
+    def __init__(self) -> None:
+        self._robot: Robot | None = None
+        self._motion: PairMotion | None = None
+        self._places: list[tuple[bytes, PlacedPairs]] = []
+
+    def __reduce__(self) -> tuple[object, ...]:
+        # Without what is remembered, which costs time but changes no result.
+        return RecentPlaces, ()
+
+    def at(self, pairs: SolidPairs, robot: Robot, q: Array) -> PlacedPairs:
+        """The pairs at q, (nq,): those of before if they have been there, else new ones."""
+        if robot is not self._robot or self._motion is None:
+            self._places, self._robot = [], robot
+            self._motion = PairMotion.of(robot, pairs.bodies, pairs.solids, pairs.first, pairs.second)
+        key = q.tobytes()
+        for index, (known, place) in enumerate(self._places):
+            if key == known:
+                if index:
+                    self._places.insert(0, self._places.pop(index))
+                return place
+        if not math.isfinite(q.sum()):
+            robot.joint_values(q)  # raises, unless the sum alone is too large
+        before = self._places[0][1] if self._places else None
+        made = PlacedPairs(pairs, self._motion, robot, q, before)
+        self._places = [(key, made), *self._places[: KEPT - 1]]
+        return made
+
+
+def _cross(a: Array, b: Array) -> Array:
+    """The cross products of rows, (N, 3); several times faster than NumPy's."""
+    return a[:, [1, 2, 0]] * b[:, [2, 0, 1]] - a[:, [2, 0, 1]] * b[:, [1, 2, 0]]
