@@ -2,14 +2,18 @@
 
 `--priority soft` weighs the hand task against the posture; `scaled` makes it an equality whose right side is scaled
 down as little as the limits demand. `--plain yes`: the hand task alone, without limits.
+`--collisions yes`: its constraint that avoids self-collisions, for the pairs beside the URDF; it takes meshes as triangles.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
+import tempfile
 
 import numpy as np
 import placo
+from collision_pairs import KeptApart
 from timing import System, Work, run
 
 BASE = np.array([0.0, 0, 0, 0, 0, 0, 1])
@@ -17,7 +21,8 @@ BASE = np.array([0.0, 0, 0, 0, 0, 0, 1])
 
 
 def make(work: Work, arguments: argparse.Namespace) -> System:
-    robot = placo.RobotWrapper(work.urdf, placo.Flags.ignore_collisions)
+    avoid = arguments.collisions == "yes"
+    robot = placo.RobotWrapper(work.urdf) if avoid else placo.RobotWrapper(work.urdf, placo.Flags.ignore_collisions)
     assert tuple(robot.joint_names()) == work.joints
     solver = placo.KinematicsSolver(robot)
     solver.mask_fbase(True)
@@ -31,6 +36,11 @@ def make(work: Work, arguments: argparse.Namespace) -> System:
     solver.enable_joint_limits(not plain)
     solver.enable_velocity_limits(not plain)
     solver.dt = work.dt
+    if avoid:
+        kept = KeptApart.read(work.urdf)
+        load_pairs(robot, kept)
+        apart = solver.add_avoid_self_collisions_constraint()
+        apart.self_collisions_margin, apart.self_collisions_trigger = kept.distance, kept.influence
 
     def update(q: np.ndarray) -> None:
         robot.state.q = np.concatenate((BASE, q))
@@ -48,5 +58,18 @@ def make(work: Work, arguments: argparse.Namespace) -> System:
     return System(step, pose)
 
 
+def load_pairs(robot: placo.RobotWrapper, kept: KeptApart) -> None:
+    """Has a robot keep those pairs of its links apart, and no others: a shape is called as its link, with a number."""
+    of_link: dict[str, list[int]] = {}
+    for index, shape in enumerate(robot.collision_model.geometryObjects):
+        of_link.setdefault(shape.name.rpartition("_")[0], []).append(index)
+    pairs = [(i, j) for first, second in kept.pairs for i in of_link[first] for j in of_link[second]]
+    with tempfile.NamedTemporaryFile("w", suffix=".json") as file:
+        json.dump(pairs, file)
+        file.flush()
+        robot.load_collision_pairs(file.name)
+
+
 if __name__ == "__main__":
-    run("PlaCo", "placo", make, priority=("soft", "scaled"), plain=("no", "yes"))
+    options = {"plain": ("no", "yes"), "collisions": ("no", "yes")}
+    run("PlaCo", "placo", make, priority=("soft", "scaled"), **options)

@@ -1,10 +1,14 @@
-"""One control step of robust_ik, measured as its peers are: same work, same clock, an interpreter of its own."""
+"""One control step of robust_ik, measured as its peers are: same work, same clock, an interpreter of its own.
+
+`--collisions yes`: with a `CollisionLimit` for the pairs beside the URDF.
+"""
 
 from __future__ import annotations
 
 import argparse
 
 import numpy as np
+from collision_pairs import KeptApart
 from timing import System, Work, run
 
 import robust_ik as rik
@@ -14,10 +18,15 @@ LIMITERS = {"sliding": rik.Sliding(), "saturation": rik.Saturation(), "quadratic
 
 def make(work: Work, arguments: argparse.Namespace) -> System:
     robot = rik.load(work.urdf, tip=work.tip)
-    limiter = LIMITERS[arguments.limiter]
-    controller = rik.VelocityController(robot, rik.TaskPriority(rik.JParse(), limiter))  # with the URDF's limits
+    method = rik.TaskPriority(rik.JParse(), LIMITERS[arguments.limiter])
+    limits: list[rik.Limit] = [rik.JointLimits.of(robot)]
+    if arguments.collisions == "yes":
+        kept = KeptApart.read(work.urdf)
+        apart = {"distance": kept.distance, "influence": kept.influence, "gain": kept.gain}
+        limits.append(rik.CollisionLimit.of(robot, pairs=kept.pairs, **apart))
+    controller = rik.VelocityController(robot, method, limits)
     gain = 1 / work.dt  # the whole error in one step, as the peers' defaults ask
-    posture = rik.PostureTask(work.posture, gain=gain)
+    posture = rik.PostureTask(work.posture, gain=1.0 if arguments.collisions == "yes" else gain)
 
     if arguments.form == "prepared":
         loop = rik.ControlLoop(controller, [[rik.FrameTask(np.eye(4), gain=gain)], [posture]], work.dt)
@@ -36,4 +45,5 @@ def make(work: Work, arguments: argparse.Namespace) -> System:
 
 
 if __name__ == "__main__":
-    run("robust_ik", "robust-ik", make, limiter=tuple(LIMITERS), form=("plain", "prepared"))
+    options = {"form": ("plain", "prepared"), "collisions": ("no", "yes")}
+    run("robust_ik", "robust-ik", make, limiter=tuple(LIMITERS), **options)

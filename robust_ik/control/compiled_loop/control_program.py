@@ -295,8 +295,12 @@ class ControlProgram(ResolverProgram):
         """Puts the rows of bounds on the desk, in the controller's units."""
         count, n = len(bounds.floor), self.shape[0]
         self.program[slots.ROWS] = count
-        self.view(slots.BOUND_ROWS, count, n)[:] = bounds.rows * (self._units.joints / self._units.length)
-        self.view(slots.FLOOR, count)[:] = bounds.floor / self._units.length
+        if not count:
+            return
+        plain, units = self._units.length == 1.0, self._units
+        rows, floor = self.view(slots.BOUND_ROWS, count, n), self.view(slots.FLOOR, count)
+        rows[:] = bounds.rows if plain else bounds.rows * (units.joints / units.length)
+        floor[:] = bounds.floor if plain else bounds.floor / units.length
 
     def step(self, q: Array, out: Array) -> int:
         """One step; motions that do not come from a gain formula come from the resolver. Returns a status."""

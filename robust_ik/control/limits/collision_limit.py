@@ -192,7 +192,8 @@ class CollisionLimit(Limit):
         if near is None:
             return None
         before = dict(here.contacts(self.influence))
-        there, given = self._scene.at(robot, robot.integrate(q, dt * qdot)), bounds
+        end = q + dt * qdot if robot.nq == robot.n else robot.integrate(q, dt * qdot)
+        there, given = self._scene.at(robot, end), bounds
         after = there.contacts(min(self.distance + near, self.influence))
         if not after:
             return None
@@ -254,10 +255,11 @@ class CollisionLimit(Limit):
         ours = [place for place, cause in enumerate(bounds.row_cause) if cause.endswith(OURS)]
         if not ours:
             return None
-        highest = float(bounds.floor[ours].max())
-        near = dt * float(np.abs(qdot).sum()) * here.span
-        # What is too near has a floor ≥ 0.
-        return near if -highest / min(self.gain, 1 / dt) < near else None
+        spare = -float(bounds.floor[ours].max()) / min(self.gain, 1 / dt)  # what is too near has a floor ≥ 0
+        turned = dt * float(np.abs(qdot).sum())
+        if spare >= turned * here.widest:
+            return None
+        return turned * here.span if spare < turned * here.span else None
 
     @cached_property
     def _causes(self) -> list[str]:

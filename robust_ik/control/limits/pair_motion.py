@@ -31,6 +31,7 @@ class PairMotion:
         farthest: Most that the distance of a pair changes per rad or m of a joint, with sliding joints at zero, (P, N).
         extended: Where what joints have slid out is to be added to that, 1, else 0, (P, N).
         slides: Indices of sliding joints in Pinocchio's configuration.
+        widest: Most that frames of joints are apart from each other and from the world's, if no joint slides, m.
         followers: Motions of all joints per motion of each independent joint, (N, n); None if they are the same.
     """
 
@@ -39,6 +40,7 @@ class PairMotion:
     farthest: Array
     extended: Array
     slides: NDArray[np.int_]
+    widest: float
     followers: Array | None
 
     @classmethod
@@ -74,6 +76,7 @@ class PairMotion:
             farthest=FOR_ROUNDING * alone[0][:, 1:],
             extended=FOR_ROUNDING * alone[1][:, 1:],
             slides=np.array([model.idx_qs[joint] for joint in np.flatnonzero(slides).tolist()], dtype=int),
+            widest=FOR_ROUNDING * sum(float(np.linalg.norm(each.translation)) for each in model.jointPlacements),
             followers=None if len(names) == robot.n + 1 else robot.mixing,
         )
 

@@ -39,7 +39,9 @@ class SolidPairs:
         first: The index of the first solid of each pair, (P,), never a half space.
         second: The index of the second one, (P,).
         members: The same, as pairs of plain numbers.
-        body: The body of each solid, (S,).
+        geometries: The shapes of the solids.
+        bodies_of: The body of each solid, as plain numbers.
+        body: The same, (S,).
         local: The placements of solids on their bodies, for coal.
     """
 
@@ -48,7 +50,9 @@ class SolidPairs:
     ) -> None:
         self.bodies, self.solids, self.first, self.second = bodies, solids, first, second
         self.members = list(zip(first.tolist(), second.tolist()))
-        self.body = np.array([solid.body for solid in solids], dtype=int)
+        self.geometries = [solid.geometry for solid in solids]
+        self.bodies_of = [solid.body for solid in solids]
+        self.body = np.array(self.bodies_of, dtype=int)
         self.local = [placed(solid.placement) for solid in solids]
 
     def __reduce__(self) -> tuple[object, ...]:
@@ -116,6 +120,7 @@ class PlacedPairs:
         self._found: dict[int, Contact] = {}
         self._ready: dict[int, Transform] = {}
         self._last: Array | None = None
+        self._near_before = {} if before is None else before._found
         if before is None:
             self.least = pairs.least_distances(self.poses)
         else:
@@ -137,6 +142,11 @@ class PlacedPairs:
         """The poses of the bodies, (bodies, 4, 4)."""
         return self._joints[0]
 
+    @property
+    def widest(self) -> float:
+        """What `span` is at most, m, without a look at where bodies are."""
+        return np.inf if self._motion.slides.size else self._motion.widest
+
     @cached_property
     def span(self) -> float:
         """The largest distance of the frames of watched bodies from each other and from the world's, m."""
@@ -145,51 +155,50 @@ class PlacedPairs:
 
     def contacts(self, within: float = np.inf) -> list[tuple[int, Contact]]:
         """The contact of every pair that is nearer than `within`, with its index."""
-        least = self.least
+        least, found = self.least, self._found
         asked = self._open(within)
-        if len(asked) > FEW:
-            spheres = self._pairs.least_distances(self.poses)
-            np.fmax(least, spheres, out=least)
+        if len(asked) > FEW and sum(pair not in self._near_before for pair in asked) > FEW:
+            np.fmax(least, self._pairs.least_distances(self.poses), out=least)
             ahead = np.zeros(1) if self._last is None else SOON * self._last
             asked = self._open(within + np.where(ahead < AHEAD, ahead, 0.0))
+        geometries, members, ready = self._pairs.geometries, self._pairs.members, self._ready
         for pair in asked:
-            there = self._ask(pair)
+            i, j = members[pair]
+            a = ready[i] if i in ready else self._place(i)
+            b = ready[j] if j in ready else self._place(j)
+            there = contact(geometries[i], a, geometries[j], b)
             least[pair] = there.distance
             if there.distance < within:
-                self._found[pair] = there
-        return [(pair, self._found[pair]) for pair in sorted(self._found) if self._found[pair].distance < within]
+                found[pair] = there
+        return [(pair, found[pair]) for pair in sorted(found) if found[pair].distance < within]
 
     def _open(self, within: Array | float) -> list[int]:
         """Pairs that may be nearer than that, and that coal has not been asked for yet."""
-        may = np.flatnonzero(~(self.least >= within)).tolist()
-        found = self._found
+        may, found = np.flatnonzero(~(self.least >= within)).tolist(), self._found
         return [pair for pair in may if pair not in found]
 
-    def _ask(self, pair: int) -> Contact:
-        solids, (i, j) = self._pairs.solids, self._pairs.members[pair]
-        return contact(solids[i].geometry, self._place(i), solids[j].geometry, self._place(j))
-
     def _place(self, solid: int) -> Transform:
-        """The pose of a solid, for coal."""
-        ready = self._ready
-        if solid not in ready:
-            body = int(self._pairs.body[solid])
-            if ~body not in ready:
-                ready[~body] = placed(self.poses[body])
-            ready[solid] = ready[~body] * self._pairs.local[solid]
-        return ready[solid]
+        """Places a solid, and its body, for coal."""
+        ready, body = self._ready, self._pairs.bodies_of[solid]
+        on = ready.get(~body)
+        if on is None:
+            on = ready[~body] = placed(self.poses[body])
+        ready[solid] = there = on * self._pairs.local[solid]
+        return there
 
     def rows(self, contacts: Sequence[tuple[int, Contact]]) -> Array:
         """The derivative of the distance of each contact, (r, n), in m per rad or m."""
         if not contacts:
             return np.zeros((0, self._robot.n))
         pairs = [pair for pair, _ in contacts]
-        points = np.array([there.point_a + there.point_b for _, there in contacts]) / 2
-        normals = np.array([there.normal for _, there in contacts])
+        points = 0.5 * _stacked([there.point_a + there.point_b for _, there in contacts])
+        normals = _stacked([there.normal for _, there in contacts])
         # n · (v + ω × p) = n · v + (p × n) · ω, the same for all points along n.
         wrenches = np.concatenate([normals, _cross(points, normals)], axis=1)
         way = self._motion.way[pairs]
-        rows = np.where(way == 0, 0.0, way * (wrenches @ self._joints[1]))
+        rows = way * (wrenches @ self._joints[1])
+        if not math.isfinite(rows.sum()):  # joints far away: not those that move none of the two
+            rows[way == 0] = 0.0
         return rows if self._motion.followers is None else rows @ self._motion.followers
 
     def carried(self, elsewhere: PlacedPairs, contacts: Sequence[tuple[int, Contact]]) -> list[tuple[int, Contact]]:
@@ -244,6 +253,11 @@ class RecentPlaces(threading.local):
         made = PlacedPairs(pairs, self._motion, robot, q, before)
         self._places = [(key, made), *self._places[: KEPT - 1]]
         return made
+
+
+def _stacked(vectors: list[Array]) -> Array:
+    """Vectors (3,) as rows, (N, 3): several times faster than an array of a list."""
+    return np.concatenate(vectors).reshape(-1, 3)
 
 
 def _cross(a: Array, b: Array) -> Array:
