@@ -1,13 +1,14 @@
 """Times one control step that keeps links and an obstacle apart, against Pink, mink and PlaCo with theirs.
 
 `python -m benchmarks.step_with_collisions` prints a table: a Panda's hand first, its posture second, the robot's own
-limits, 29 pairs of links and a post between which the hand moves. All systems read one URDF with convex shapes, and the
-same pairs, distances, configurations and targets: those of a motion along which configurations follow each other. A step
+limits, its pairs of links that can meet, and a post beside which the hand moves. All systems read one URDF with convex
+shapes, and the same pairs, distances, configurations and targets: those of a motion, one after the other. A step
 includes kinematics and distances. See benchmarks/peers/README.md.
 """
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -83,9 +84,9 @@ def motion(steps: int) -> tuple[rik.Robot, rik.CollisionLimit, Work]:
         stack = [[rik.FrameTask(target, gain=1 / DT)], [posture]]
         q = robot.integrate(q, DT * controller.step(q, stack, DT).qdot)
     work = Work(
-        q=qs, targets=targets, poses=robot.pose(qs), posture=panda.rest, lower=chain.lower, upper=chain.upper, speeds=chain.speeds,
-        placements=chain.placements, tool=chain.tool, tolerance=np.zeros(2), joints=chain.joints, tip=chain.tip,
-        urdf=str(path), dt=DT,
+        q=qs, targets=targets, poses=robot.pose(qs), posture=panda.rest, lower=chain.lower, upper=chain.upper,
+        speeds=chain.speeds, placements=chain.placements, tool=chain.tool, tolerance=np.zeros(2), joints=chain.joints,
+        tip=chain.tip, urdf=str(path), dt=DT,
     )  # fmt: skip
     return robot, limit, work
 
@@ -95,19 +96,18 @@ class Result:
     """What one contender made of the work.
 
     Attributes:
-        medians: CPU time of a step, µs, once a round.
+        times: CPU time of a step, µs, once a round.
         tails: The 99 % quantiles of the wall time, µs.
         nearest: The least distance after a step, m.
     """
 
-    medians: list[float] = field(default_factory=list)
+    times: list[float] = field(default_factory=list)
     tails: list[float] = field(default_factory=list)
     nearest: float = np.inf
 
-    @property
-    def us(self) -> float:
-        """The median of the medians."""
-        return float(np.median(self.medians))
+    def ratio(self, other: Result) -> float:
+        """The median of the ratios to another's times in the same rounds."""
+        return float(np.median(np.divide(self.times, other.times)))
 
 
 def nearest(robot: rik.Robot, limit: rik.CollisionLimit, q: np.ndarray, qdot: np.ndarray) -> float:
@@ -117,32 +117,42 @@ def nearest(robot: rik.Robot, limit: rik.CollisionLimit, q: np.ndarray, qdot: np
 
 
 def row(contender: Contender, version: str, result: Result, ours: Result | None) -> tuple[str, ...]:
-    ratio = f"{result.us / ours.us:.2g}" if ours else "–"
-    cells = [f"{result.us:.0f}", ratio, f"{np.median(result.tails):.0f}", f"{1e3 * result.nearest:.1f}"]
+    ratio = f"{result.ratio(ours):.2g}" if ours else "–"
+    cells = [f"{np.median(result.times):.0f}", ratio, f"{np.median(result.tails):.0f}", f"{1e3 * result.nearest:.1f}"]
     return (f"{contender.name} {version}", *cells, contender.what)
 
 
 def main() -> None:
     options = parser(__doc__, "speed.md")
-    options.add_argument("--steps", type=int, default=800)
-    options.add_argument("--rounds", type=int, default=3, help="interleaved: all systems, then all again")
+    options.add_argument("--steps", type=int, default=400)
+    options.add_argument("--rounds", type=int, default=9, help="in which all systems take turns")
     arguments = options.parse_args()
     robot, limit, work = motion(arguments.steps)
     file = work.save(CACHE / "collisions.npz")
     results = {contender: Result() for contender in CONTENDERS}
-    failures, versions = {}, {}
-    for number in range(arguments.rounds):
-        for contender in (each for each in CONTENDERS if each not in failures):
-            progress.print(f"round {number + 1} of {arguments.rounds}: {contender.name}")
+    failures: dict[Contender, tuple[str, ...]] = {}
+    running: dict[Contender, Peer] = {}
+    with ExitStack() as stack:
+        for contender in CONTENDERS:
             try:
-                with Peer(contender.script, "step", file, contender.options) as running:
-                    done = running.round()
-                versions[contender], result = running.hello["version"], results[contender]
-                result.medians.append(done.cpu_us)
-                result.tails.append(float(np.quantile(done.us, 0.99)))
-                result.nearest = min(result.nearest, nearest(robot, limit, work.q, np.asarray(done.answers)))
+                running[contender] = stack.enter_context(Peer(contender.script, "step", file, contender.options))
             except UnavailableError as error:
                 failures[contender] = (contender.name, *("–",) * 4, str(error))
+        for number in range(arguments.rounds):
+            progress.print(f"round {number + 1} of {arguments.rounds}")
+            for contender in (each for each in CONTENDERS if each not in failures):
+                try:
+                    done, result = running[contender].round(), results[contender]
+                except UnavailableError as error:
+                    failures[contender] = (contender.name, *("–",) * 4, str(error))
+                    continue
+                result.times.append(done.cpu_us)
+                result.tails.append(float(np.quantile(done.us, 0.99)))
+                if number == 0:
+                    result.nearest = min(result.nearest, nearest(robot, limit, work.q, np.asarray(done.answers)))
+        versions = {
+            contender: peer.hello["version"] for contender, peer in running.items() if contender not in failures
+        }
     ours = None if CONTENDERS[0] in failures else results[CONTENDERS[0]]
     rows = [failures.get(each) or row(each, versions[each], results[each], ours) for each in CONTENDERS]
     publish(markdown(COLUMNS, rows, text_last=True), "speed.md", "step_with_collisions", write=arguments.write)

@@ -1,12 +1,13 @@
 """Times one control step of two arms on one torso against Pink, mink and PlaCo: fourteen joints, 18 rows and a posture.
 
-`python -m benchmarks.two_arm_steps` prints a table: Baxter's hands carry something along a circle, so that both poses and
-the one relative to the other are asked for, within joint limits. All systems read one URDF of the joints and nothing else,
+`python -m benchmarks.two_arm_steps` prints a table: Baxter's hands carry something along a circle, so that both poses
+and the one relative to the other are asked for, within joint limits. All systems read one URDF of the joints alone,
 and get the configurations and targets of one motion. See benchmarks/peers/README.md.
 """
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -83,21 +84,20 @@ class Result:
     """What one contender made of the work.
 
     Attributes:
-        medians: CPU time of a step, µs, once a round.
+        times: CPU time of a step, µs, once a round.
         tails: The 99 % quantiles of the wall time, µs.
         error: The median distance of the worse hand from its target after a step, m.
         kept: Whether speed and position limits are kept, to 1e-4 of a limit and 1e-4 rad.
     """
 
-    medians: list[float] = field(default_factory=list)
+    times: list[float] = field(default_factory=list)
     tails: list[float] = field(default_factory=list)
     error: float = 0.0
     kept: bool = True
 
-    @property
-    def us(self) -> float:
-        """The median of the medians."""
-        return float(np.median(self.medians))
+    def ratio(self, other: Result) -> float:
+        """The median of the ratios to another's times in the same rounds."""
+        return float(np.median(np.divide(self.times, other.times)))
 
     def judge(self, robot: rik.Robot, loop: Loop, qdot: np.ndarray) -> None:
         """Looks at the joint velocities of one round."""
@@ -109,32 +109,46 @@ class Result:
 
 
 def row(contender: Contender, version: str, result: Result, ours: Result | None) -> tuple[str, ...]:
-    cells = [f"{result.us:.0f}", f"{result.us / ours.us:.2g}" if ours else "–", f"{np.median(result.tails):.0f}"]
+    cells = [
+        f"{np.median(result.times):.0f}",
+        f"{result.ratio(ours):.2g}" if ours else "–",
+        f"{np.median(result.tails):.0f}",
+    ]
     kept = "yes" if result.kept else "no"
     return (f"{contender.name} {version}", *cells, f"{1e3 * result.error:.2f}", kept, contender.what)
 
 
 def main() -> None:
     options = parser(__doc__, "speed.md")
-    options.add_argument("--steps", type=int, default=800)
-    options.add_argument("--rounds", type=int, default=3, help="interleaved: all systems, then all again")
+    options.add_argument("--steps", type=int, default=400)
+    options.add_argument("--rounds", type=int, default=9, help="in which all systems take turns")
     arguments = options.parse_args()
     robot, loop = motion(arguments.steps)
     file = loop.save(CACHE / "two_arms.npz")
     results = {contender: Result() for contender in CONTENDERS}
-    failures, versions = {}, {}
-    for number in range(arguments.rounds):
-        for contender in (each for each in CONTENDERS if each not in failures):
-            progress.print(f"round {number + 1} of {arguments.rounds}: {contender.name}")
+    failures: dict[Contender, tuple[str, ...]] = {}
+    running: dict[Contender, Peer] = {}
+    with ExitStack() as stack:
+        for contender in CONTENDERS:
             try:
-                with Peer(contender.script, "arms", file, contender.options) as running:
-                    done = running.round()
-                versions[contender], result = running.hello["version"], results[contender]
-                result.medians.append(done.cpu_us)
-                result.tails.append(float(np.quantile(done.us, 0.99)))
-                result.judge(robot, loop, np.asarray(done.answers))
+                running[contender] = stack.enter_context(Peer(contender.script, "arms", file, contender.options))
             except UnavailableError as error:
                 failures[contender] = (contender.name, *("–",) * 5, str(error))
+        for number in range(arguments.rounds):
+            progress.print(f"round {number + 1} of {arguments.rounds}")
+            for contender in (each for each in CONTENDERS if each not in failures):
+                try:
+                    done, result = running[contender].round(), results[contender]
+                except UnavailableError as error:
+                    failures[contender] = (contender.name, *("–",) * 5, str(error))
+                    continue
+                result.times.append(done.cpu_us)
+                result.tails.append(float(np.quantile(done.us, 0.99)))
+                if number == 0:
+                    result.judge(robot, loop, np.asarray(done.answers))
+        versions = {
+            contender: peer.hello["version"] for contender, peer in running.items() if contender not in failures
+        }
     ours = None if CONTENDERS[0] in failures else results[CONTENDERS[0]]
     rows = [failures.get(each) or row(each, versions[each], results[each], ours) for each in CONTENDERS]
     publish(markdown(COLUMNS, rows, text_last=True), "speed.md", "two_arm_steps", write=arguments.write)

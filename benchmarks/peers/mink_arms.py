@@ -1,4 +1,7 @@
-"""One control step of mink for two arms: both poses, their relative pose, a posture, its limits; MuJoCo reads the URDF."""
+"""One control step of mink for two arms: both poses, their relative pose, a posture, its limits.
+
+MuJoCo reads the URDF, as in `mink_step.py`.
+"""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """One control step of Pink: a weighted quadratic program, with the costs of the Panda example of its documentation.
 
-`--plain yes`: the hand task alone, without limits. `--collisions`: a `SelfCollisionBarrier` for all pairs beside the URDF,
-or for the nearest of them, as many as said; meshes are made convex first, as the barrier's documentation asks for.
+`--plain yes`: the hand task alone, without limits. `--collisions`: a `SelfCollisionBarrier` for all pairs beside the
+URDF, or for as many of them as said, the nearest; meshes are made convex first, as the barrier's documentation asks.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 `--priority soft` weighs the hand task against the posture; `scaled` makes it an equality whose right side is scaled
 down as little as the limits demand. `--plain yes`: the hand task alone, without limits.
-`--collisions yes`: its constraint that avoids self-collisions, for the pairs beside the URDF; it takes meshes as triangles.
+`--collisions yes`: its constraint that avoids self-collisions, for the pairs beside the URDF; meshes stay triangles.
 """
 
 from __future__ import annotations

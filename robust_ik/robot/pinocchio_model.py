@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import reprlib
 import threading
+from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
@@ -150,6 +151,51 @@ def _is_column_major() -> bool:
     return not np.allclose(H[0], [[-2.0, -1.0], [-1.0, -1.0]])
 
 
+class PlacedSolids:
+    """Solids on the joints of a model, at one configuration after another.
+
+    It has working memory of its own, so that each thread needs one of its own.
+    """
+
+    def __init__(self, model: pin.Model, solids: Sequence[tuple[int, Array, Any]]) -> None:
+        """Places solids nowhere yet.
+
+        Args:
+            model: The model.
+            solids: For each its joint, its placement in the frame of that joint, (4, 4), and a shape of coal's.
+        """
+        self._model, self._data, self._geometry = model, model.createData(), pin.GeometryModel()
+        for number, (joint, placement, shape) in enumerate(solids):
+            self._geometry.addGeometryObject(pin.GeometryObject(str(number), joint, pin.SE3(placement), shape))
+        self._placed = self._geometry.createData()
+        # What the memory holds then: these change when it does.
+        self._frames = [self._data.oMi[joint] for joint in range(model.njoints)]
+        self._placements = [self._placed.oMg[solid] for solid in range(len(solids))]
+
+    @property
+    def count(self) -> int:
+        """Number of solids."""
+        return len(self._placements)
+
+    def place(self, q: Array) -> None:
+        """Moves all solids to where they are at Pinocchio's configuration, (model.nq,)."""
+        pin.computeJointJacobians(self._model, self._data, q)
+        pin.updateGeometryPlacements(self._model, self._data, self._geometry, self._placed)
+
+    def frames(self) -> Array:
+        """The poses of the world and of the N joints, (1 + N, 4, 4)."""
+        return np.array([each.homogeneous for each in self._frames])
+
+    def twists(self) -> Array:
+        """The unit twists of the N joints about the world's origin along its axes, linear then angular, (6, N)."""
+        return np.array(self._data.J).reshape(6, -1)  # the bindings drop the axis of a single joint
+
+    def placement(self, solid: int) -> tuple[Array, Array]:
+        """The rotation, (3, 3), and the position, (3,), of a solid in the world; to be read before the next `place`."""
+        there = self._placements[solid]
+        return there.rotation, there.translation
+
+
 class PinocchioModel:
     """A model, its frames, and their kinematics as functions of the robot's q.
 
@@ -175,9 +221,8 @@ class PinocchioModel:
         try:
             return self._of_thread.data
         except AttributeError:
-            data = self._of_thread.data = self.model.createData()
-            self._of_thread.frames = [data.oMi[joint] for joint in range(self.model.njoints)]  # what it holds then
-            return data
+            self._of_thread.data = self.model.createData()
+            return self._of_thread.data
 
     def index(self, frame: str, robot: str) -> int:
         """Index of a frame.
@@ -209,13 +254,6 @@ class PinocchioModel:
         """The Hessian of a frame, (nq,) → (6, n, n)."""
         H = frame_hessian(self.model, self._data, self.joints.all_joints(q), frame, reference)
         return H if self.joints.independent else self.joints.mixing.T @ H @ self.joints.mixing
-
-    def joint_frames(self, q: Array) -> tuple[Array, Array]:
-        """The frames of the world and of the N joints, and the unit twists of these, (nq,) → (1 + N, 4, 4), (6, N)."""
-        data = self._data
-        twists = pin.computeJointJacobians(self.model, data, self.joints.all_joints(q))
-        frames = np.array([each.homogeneous for each in self._of_thread.frames])
-        return frames, twists.reshape(6, -1)  # the bindings drop the axis of a single joint
 
     def chain(self, frame: int) -> Chain:
         """The joints that move a frame, as constants."""

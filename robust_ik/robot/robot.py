@@ -265,18 +265,6 @@ class Robot:
         """Velocities of the N joints of `model`, mimic joints included, are `mixing` @ q̇, (N, n)."""
         return self._joints.mixing
 
-    def joint_frames(self, q: ArrayLike) -> tuple[Array, Array]:
-        """What all joints of `model` move, and how: mimic joints have frames and twists of their own.
-
-        Args:
-            q: One configuration, (nq,).
-
-        Returns:
-            The poses of the world's frame and of the N joints' frames, (1 + N, 4, 4); and the joints' unit twists about
-            the world's origin along its axes, linear then angular, (6, N).
-        """
-        return self._pinocchio.joint_frames(alone(self._checked(q), "q", 1))
-
     @property
     def frames(self) -> tuple[str, ...]:
         """Every frame name: links and joints."""

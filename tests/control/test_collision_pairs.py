@@ -85,8 +85,8 @@ def test_distances_change_by_no_more_than_what_joints_can_move(watched, rng):
 def asked(monkeypatch):
     """How often coal is asked."""
     count = []
-    ask = placed_pairs.contact
-    monkeypatch.setattr(placed_pairs, "contact", lambda *given: count.append(1) or ask(*given))
+    ask = placed_pairs.near_contact
+    monkeypatch.setattr(placed_pairs, "near_contact", lambda *given: count.append(1) or ask(*given))
     return count
 
 

@@ -177,16 +177,25 @@ def contact(a: Geometry, pose_a: Transform, b: Geometry, pose_b: Transform) -> C
         b: Any solid.
         pose_b: Of `b`, from `placed`.
     """
+    found = near_contact(a, pose_a, b, pose_b, math.inf)
+    return found if isinstance(found, Contact) else _of_spheres(a, pose_a, b, pose_b)
+
+
+def near_contact(a: Geometry, pose_a: Transform, b: Geometry, pose_b: Transform, within: float) -> Contact | float:
+    """As `contact`, but of solids that are not nearer than `within` the distance alone, which is quicker."""
     request, result = _SCRATCH.request, _SCRATCH.result
     result.clear()
     try:
         coal.distance(a.solid, pose_a, b.solid, pose_b, request, result)
     except (RuntimeError, ValueError):
         return _of_spheres(a, pose_a, b, pose_b)
-    distance, normal = float(result.min_distance), result.normal.copy()  # points are copies already
-    point_a, point_b = result.getNearestPoint1(), result.getNearestPoint2()
+    distance = float(result.min_distance)
+    if within <= distance < math.inf:
+        return distance
+    normal, point_a, point_b = result.normal.copy(), result.getNearestPoint1(), result.getNearestPoint2()  # all copies
+    x, y, z = normal.tolist()
     finite = math.isfinite(distance + sum(point_a.tolist()) + sum(point_b.tolist()))
-    if not (finite and abs(sum([x * x for x in normal.tolist()]) - 1) < UNIT_TOLERANCE):  # written so that NaN fails
+    if not (finite and abs(x * x + y * y + z * z - 1) < UNIT_TOLERANCE):  # written so that NaN is not usable
         return _of_spheres(a, pose_a, b, pose_b)
     return Contact(distance, normal, point_a, point_b)
 

@@ -175,10 +175,12 @@ class CollisionLimit(Limit):
         fastest = np.minimum(self.recovery_speed, np.abs(rows) @ self._reach)
         floor = np.minimum(fastest, -min(self.gain, 1 / dt) * spare)
         # A distance that no joint can change must not contradict others.
-        size = np.sqrt((rows * rows).sum(axis=1))
-        kept = ((size > LEAST_ROW) & np.isfinite(size)).tolist()
+        square = np.einsum("ij,ij->i", rows, rows)
+        kept = [LEAST_ROW**2 < each < np.inf for each in square.tolist()]
         causes = tuple(self._causes[pair] for pair, _ in compress(contacts, kept))
-        return Bounds.of_rows(rows[kept], floor[kept], causes)
+        if not all(kept):
+            rows, floor = rows[kept], floor[kept]
+        return Bounds.of_rows(rows, floor, causes)
 
     def tightened(self, robot: Robot, q: Array, qdot: Array, dt: float, bounds: Bounds) -> Bounds | None:
         """What is asked for more of pairs whose distance the step would bring below `distance`, and below what it was.
@@ -255,7 +257,8 @@ class CollisionLimit(Limit):
         ours = [place for place, cause in enumerate(bounds.row_cause) if cause.endswith(OURS)]
         if not ours:
             return None
-        spare = -float(bounds.floor[ours].max()) / min(self.gain, 1 / dt)  # what is too near has a floor ≥ 0
+        floor = bounds.floor if len(ours) == len(bounds.floor) else bounds.floor[ours]
+        spare = -float(floor.max()) / min(self.gain, 1 / dt)  # what is too near has a floor ≥ 0
         turned = dt * float(np.abs(qdot).sum())
         if spare >= turned * here.widest:
             return None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Self
 
 import numpy as np
@@ -11,10 +11,27 @@ from numpy.typing import NDArray
 
 from robust_ik.checks import Array
 from robust_ik.control.limits.collision_bodies import Bodies, Solid
+from robust_ik.control.limits.collision_geometry import Transform, placed
+from robust_ik.robot.pinocchio_model import PlacedSolids
 from robust_ik.robot.robot import Robot
 
 FOR_ROUNDING = 1 + 1e-6
 """Bounds are larger by this factor, so that rounding does not break them."""
+
+
+@dataclass(eq=False)
+class _Place:
+    """Where the solids are at present.
+
+    Attributes:
+        transforms: The pose of each solid, for coal.
+        told: Which of them hold where it is.
+        q: Pinocchio's configuration; None before the first.
+    """
+
+    transforms: list[Transform]
+    told: set[int] = field(default_factory=set)
+    q: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +43,8 @@ class PairMotion:
     distance changes by no more than one of its solids moves relative to the other.
 
     Attributes:
-        frames: For each body, the index of its joint among the frames of `Robot.joint_frames`; 0 is the world.
+        solids: The solids on the robot's joints.
+        frames: For each body, the index of its joint among the frames of `solids`; 0 is the world.
         way: +1 where a joint moves the second solid of a pair alone, −1 where it moves the first alone, else 0, (P, N).
         farthest: Most that the distance of a pair changes per rad or m of a joint, with sliding joints at zero, (P, N).
         extended: Where what joints have slid out is to be added to that, 1, else 0, (P, N).
@@ -35,6 +53,7 @@ class PairMotion:
         followers: Motions of all joints per motion of each independent joint, (N, n); None if they are the same.
     """
 
+    solids: PlacedSolids
     frames: NDArray[np.int_]
     way: Array
     farthest: Array
@@ -42,6 +61,10 @@ class PairMotion:
     slides: NDArray[np.int_]
     widest: float
     followers: Array | None
+    _place: _Place = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_place", _Place([placed(np.eye(4)) for _ in range(self.solids.count)]))
 
     @classmethod
     def of(
@@ -70,7 +93,9 @@ class PairMotion:
                 joint = model.parents[joint]
         way = moves[second] - moves[first]
         alone = [np.where(way > 0, each[second], np.where(way < 0, each[first], 0.0)) for each in (reach, extended)]
+        carried = [(int(frames[solid.body]), solid.placement, solid.geometry.solid) for solid in solids]
         return cls(
+            solids=PlacedSolids(model, carried),
             frames=frames,
             way=way[:, 1:],
             farthest=FOR_ROUNDING * alone[0][:, 1:],
@@ -79,6 +104,22 @@ class PairMotion:
             widest=FOR_ROUNDING * sum(float(np.linalg.norm(each.translation)) for each in model.jointPlacements),
             followers=None if len(names) == robot.n + 1 else robot.mixing,
         )
+
+    def solids_at(self, q: Array) -> PlacedSolids:
+        """The solids where they are at Pinocchio's configuration, until the next call; that array must not change."""
+        if q is not self._place.q:
+            self.solids.place(q)
+            self._place.q = q
+            self._place.told.clear()
+        return self.solids
+
+    def transform(self, q: Array, solid: int) -> Transform:
+        """The pose of a solid at Pinocchio's configuration, for coal, until another one is asked for."""
+        place = self._place
+        if q is not place.q or solid not in place.told:
+            place.transforms[solid].setTransform(*self.solids_at(q).placement(solid))
+            place.told.add(solid)
+        return place.transforms[solid]
 
     def slid(self, robot: Robot, q: Array) -> float:
         """How far joints that slide between a turning joint and a solid have slid out at most, in all, m."""

@@ -12,12 +12,14 @@ from numpy.typing import NDArray
 
 from robust_ik.checks import Array
 from robust_ik.control.limits.collision_bodies import Bodies, Solid
-from robust_ik.control.limits.collision_geometry import Contact, Transform, contact, placed
+from robust_ik.control.limits.collision_geometry import Contact, Transform, near_contact, placed
 from robust_ik.control.limits.pair_motion import PairMotion
 from robust_ik.robot.robot import Robot
 
 FARTHEST = 1e9
 """Farthest position, m: bodies that a sliding joint carries further count as here."""
+FAR_OUT = 1e6
+"""Entries of q beyond this may place bodies further than FARTHEST."""
 FEW = 8
 """So many pairs are asked for without a look at their bounding spheres.
 
@@ -39,10 +41,7 @@ class SolidPairs:
         first: The index of the first solid of each pair, (P,), never a half space.
         second: The index of the second one, (P,).
         members: The same, as pairs of plain numbers.
-        geometries: The shapes of the solids.
-        bodies_of: The body of each solid, as plain numbers.
-        body: The same, (S,).
-        local: The placements of solids on their bodies, for coal.
+        body: The body of each solid, (S,).
     """
 
     def __init__(
@@ -50,10 +49,7 @@ class SolidPairs:
     ) -> None:
         self.bodies, self.solids, self.first, self.second = bodies, solids, first, second
         self.members = list(zip(first.tolist(), second.tolist()))
-        self.geometries = [solid.geometry for solid in solids]
-        self.bodies_of = [solid.body for solid in solids]
-        self.body = np.array(self.bodies_of, dtype=int)
-        self.local = [placed(solid.placement) for solid in solids]
+        self.body = np.array([solid.body for solid in solids], dtype=int)
 
     def __reduce__(self) -> tuple[object, ...]:
         return SolidPairs, (self.bodies, self.solids, self.first, self.second)
@@ -101,6 +97,7 @@ class PlacedPairs:
         q: The configuration, (nq,).
         slid: How far joints have slid out; see `PairMotion.slid`.
         least: What distances are at least, (P,), m: their own where coal has been asked.
+        found: The contacts that have been asked for.
     """
 
     def __init__(
@@ -117,10 +114,11 @@ class PlacedPairs:
         """
         self.q, self.slid = q.copy(), motion.slid(robot, q)
         self._pairs, self._motion, self._robot = pairs, motion, robot
-        self._found: dict[int, Contact] = {}
-        self._ready: dict[int, Transform] = {}
+        self.found: dict[int, Contact] = {}
+        self._told = robot.pinocchio_q(q)
+        self._far_out = not np.abs(q).max() <= FAR_OUT  # written so that NaN is
         self._last: Array | None = None
-        self._near_before = {} if before is None else before._found
+        self._near_before = {} if before is None else before.found
         if before is None:
             self.least = pairs.least_distances(self.poses)
         else:
@@ -129,18 +127,17 @@ class PlacedPairs:
             self.least = before.least - self._last
 
     @cached_property
-    def _joints(self) -> tuple[Array, Array]:
-        """The poses of bodies, (bodies, 4, 4), and the twists of joints, (6, N)."""
-        frames, twists = self._robot.joint_frames(self.q)
-        poses = frames[self._motion.frames]
-        if not np.abs(poses).max() <= FARTHEST:  # written so that NaN is not
-            poses = np.clip(np.nan_to_num(poses), -FARTHEST, FARTHEST)
-        return poses, twists
-
-    @property
     def poses(self) -> Array:
         """The poses of the bodies, (bodies, 4, 4)."""
-        return self._joints[0]
+        poses = self._motion.solids_at(self._told).frames()[self._motion.frames]
+        if self._far_out:
+            poses = np.clip(np.nan_to_num(poses), -FARTHEST, FARTHEST)
+        return poses
+
+    @cached_property
+    def _twists(self) -> Array:
+        """The twists of the joints, (6, N)."""
+        return self._motion.solids_at(self._told).twists()
 
     @property
     def widest(self) -> float:
@@ -155,36 +152,32 @@ class PlacedPairs:
 
     def contacts(self, within: float = np.inf) -> list[tuple[int, Contact]]:
         """The contact of every pair that is nearer than `within`, with its index."""
-        least, found = self.least, self._found
+        least, found = self.least, self.found
         asked = self._open(within)
         if len(asked) > FEW and sum(pair not in self._near_before for pair in asked) > FEW:
             np.fmax(least, self._pairs.least_distances(self.poses), out=least)
             ahead = np.zeros(1) if self._last is None else SOON * self._last
             asked = self._open(within + np.where(ahead < AHEAD, ahead, 0.0))
-        geometries, members, ready = self._pairs.geometries, self._pairs.members, self._ready
+        solids, members, motion, q = self._pairs.solids, self._pairs.members, self._motion, self._told
         for pair in asked:
             i, j = members[pair]
-            a = ready[i] if i in ready else self._place(i)
-            b = ready[j] if j in ready else self._place(j)
-            there = contact(geometries[i], a, geometries[j], b)
-            least[pair] = there.distance
-            if there.distance < within:
-                found[pair] = there
+            place = self._clipped if self._far_out else motion.transform
+            there = near_contact(solids[i].geometry, place(q, i), solids[j].geometry, place(q, j), within)
+            if isinstance(there, float):
+                least[pair] = there
+            else:
+                least[pair], found[pair] = there.distance, there
         return [(pair, found[pair]) for pair in sorted(found) if found[pair].distance < within]
+
+    def _clipped(self, _q: Array, solid: int) -> Transform:
+        """The pose of a solid, for coal, where bodies may be too far away."""
+        there = self._pairs.solids[solid]
+        return placed(self.poses[there.body] @ there.placement)
 
     def _open(self, within: Array | float) -> list[int]:
         """Pairs that may be nearer than that, and that coal has not been asked for yet."""
-        may, found = np.flatnonzero(~(self.least >= within)).tolist(), self._found
-        return [pair for pair in may if pair not in found]
-
-    def _place(self, solid: int) -> Transform:
-        """Places a solid, and its body, for coal."""
-        ready, body = self._ready, self._pairs.bodies_of[solid]
-        on = ready.get(~body)
-        if on is None:
-            on = ready[~body] = placed(self.poses[body])
-        ready[solid] = there = on * self._pairs.local[solid]
-        return there
+        (may,), found = (~(self.least >= within)).nonzero(), self.found
+        return [pair for pair in may.tolist() if pair not in found]
 
     def rows(self, contacts: Sequence[tuple[int, Contact]]) -> Array:
         """The derivative of the distance of each contact, (r, n), in m per rad or m."""
@@ -196,7 +189,7 @@ class PlacedPairs:
         # n · (v + ω × p) = n · v + (p × n) · ω, the same for all points along n.
         wrenches = np.concatenate([normals, _cross(points, normals)], axis=1)
         way = self._motion.way[pairs]
-        rows = way * (wrenches @ self._joints[1])
+        rows = way * (wrenches @ self._twists)
         if not math.isfinite(rows.sum()):  # joints far away: not those that move none of the two
             rows[way == 0] = 0.0
         return rows if self._motion.followers is None else rows @ self._motion.followers
