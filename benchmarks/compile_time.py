@@ -2,7 +2,7 @@
 
 With `--write` the table goes into docs/speed.md. Every kernel is compiled anew, in a folder of its own that is thrown
 away, in one process: CPU seconds, which other work on the machine changes little. A second process then reads all of
-them from disk. `robust_ik/kernels/compiler/announcing.py` holds these seconds, rounded, for what is said before a
+them from disk. `robust_ik/kernels/loader/announcing.py` holds these seconds, rounded, for what is said before a
 kernel is compiled; where one differs from it by more than a half, this says so.
 """
 
@@ -14,22 +14,21 @@ import sys
 import tempfile
 
 from benchmarks.tables import markdown, parser, publish
-from robust_ik.kernels.compiler.announcing import SECONDS, WHAT
+from robust_ik.kernels.loader.announcing import SECONDS, WHAT
 
 PROGRAM = """
 import json, logging, pathlib, sys, time
 logging.getLogger("robust_ik").setLevel(logging.ERROR)
-from robust_ik.kernels.compiler import kernel_store
+from robust_ik.kernels.loader import kernel_store
 kernel_store.places = lambda: iter([pathlib.Path(sys.argv[1])])  # nowhere else, where they may lie already
 from robust_ik.inverses import CLASSES, GainFormula
-from robust_ik.kernels.compiler.announcing import kernel_name
-from robust_ik.kernels.compiler.compiling import every_kernel
+from robust_ik.kernels.loader.kernel import every_kernel
 from robust_ik.kernels.compiler.gain_callbacks import address_of
 times = {}
 for kernel in every_kernel():
     began = time.process_time()
     kernel.compiled
-    times[kernel_name(kernel._function)] = time.process_time() - began
+    times[kernel.full_name] = time.process_time() - began
 began = time.process_time()
 for each in CLASSES:
     if issubclass(each, GainFormula):

@@ -39,7 +39,7 @@ def warmup(
     with Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal) as bar:
         task = bar.add_task("compiling, or reading from disk", total=None)
         seconds = compile_ahead(arm, progress=lambda done, total: bar.update(task, completed=done, total=total))
-    from robust_ik.kernels.compiler.announcing import MISSED  # imports Numba
+    from robust_ik.kernels.loader.announcing import MISSED
 
     compiled = (
         f"compiled {len(MISSED)} function{'s' if len(MISSED) > 1 else ''}"

@@ -81,19 +81,19 @@ class Chain:
 
     def poses(self, q: Array) -> Array:
         """Poses of the frame, (..., nq) → (..., 4, 4)."""
-        from robust_ik.kernels.chain.chain_kinematics import poses
+        from robust_ik.kernels.chain import poses
 
         return self._each(poses, q, (4, 4))
 
     def jacobians(self, q: Array, reference: str) -> Array:
         """Jacobians, (..., nq) → (..., 6, n)."""
-        from robust_ik.kernels.chain.chain_kinematics import jacobians
+        from robust_ik.kernels.chain import jacobians
 
         return self._each(jacobians, q, (6, self.n), number_of(reference))
 
     def hessians(self, q: Array, reference: str) -> Array:
         """∂J_ij/∂q_k, (..., nq) → (..., 6, n, n)."""
-        from robust_ik.kernels.chain.chain_kinematics import hessians
+        from robust_ik.kernels.chain import hessians
 
         return self._each(hessians, q, (6, self.n, self.n), number_of(reference))
 
@@ -109,7 +109,7 @@ class Chain:
         Returns:
             (N, a, b, n), or (N, a, n).
         """
-        from robust_ik.kernels.chain.hessian_contraction import contractions
+        from robust_ik.kernels.chain import contractions
 
         pairs = wrenches.shape[1:2] if paired else (wrenches.shape[1], motions.shape[1])
         result = np.empty((len(q), *pairs, self.n))

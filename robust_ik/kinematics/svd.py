@@ -140,9 +140,9 @@ def _decomposed(J: Array, *, full: bool) -> ThinSVD:
 @cache
 def _compiled(what: str, small: bool) -> Callable[..., bool]:
     """The kernel for "vectors" or "values" of matrices with at most 8, or else LARGEST_COMPILED, rows and columns."""
-    from robust_ik.kernels.matrices import small_svd
+    from robust_ik.kernels import matrices
 
-    kernel = getattr(small_svd, f"{what}_{8 if small else LARGEST_COMPILED}")
+    kernel = getattr(matrices, f"{what}_{8 if small else LARGEST_COMPILED}")
     compiled: Callable[..., bool] = kernel.compiled
     return compiled
 

@@ -42,7 +42,7 @@ def pack(chain: Chain, lower: Array, upper: Array, rows: tuple[str, ...]) -> Arr
         row[:] = _joint(chain, joint, float(lower[joint]), float(upper[joint]))
     table = np.zeros((lay.FEATURES + k + 3) * lay.ENTRIES)
     problem = np.concatenate([head, joints.ravel(), own, table])
-    from robust_ik.kernels.pose.start_table import fill_table  # takes half a second, since it imports Numba
+    from robust_ik.kernels.pose import fill_table
 
     fill_table(problem)
     return readonly(problem)

@@ -85,7 +85,7 @@ class PoseSolver:
 
     @cached_property
     def _kernel(self) -> Callable[..., Any]:
-        from robust_ik.kernels.pose.pose_search import solve_one
+        from robust_ik.kernels.pose import solve_one
 
         return solve_one.compiled
 
@@ -260,7 +260,7 @@ def cut(targets: Array, q0: Array, options: Array, solutions: int) -> list[Piece
 
 def solve_piece(solver: PoseSolver, piece: Piece) -> Done:
     """Solutions (N, s, nq) and numbers of one piece."""
-    from robust_ik.kernels.pose.pose_search import solve_many  # takes half a second, since it imports Numba
+    from robust_ik.kernels.pose import solve_many
 
     wanted, count = int(piece.options[lay.WANTED]), len(piece.targets)
     q, numbers = np.full((count, wanted, solver.chain.nq), np.nan), np.empty((count, lay.NUMBERS))

@@ -3,26 +3,30 @@
 import numpy as np
 import pytest
 
-from robust_ik.kernels.compiler.array_handles import ALIGNED, CONTIGUOUS, WRITEABLE, is_matrix, is_vector, numbers_of
-from robust_ik.kernels.compiler.compiling import HANDLE, WHOLE, Kernel
+from robust_ik.kernels.compiler.array_handles import is_matrix, is_vector, numbers_of
+from robust_ik.kernels.compiler.compiling import HANDLE, WHOLE, kernel
+from robust_ik.kernels.loader.array_layout import ALIGNED, CONTIGUOUS, WRITEABLE
+from robust_ik.kernels.loader.kernel import Kernel
 
 PLAIN = CONTIGUOUS | ALIGNED
 
 
+@kernel(WHOLE, WHOLE, WHOLE, HANDLE)
 def read_vector(array_class, length, flags, handle):
     return is_vector(handle, array_class, length, flags)
 
 
+@kernel(WHOLE, WHOLE, WHOLE, WHOLE, HANDLE)
 def read_matrix(array_class, rows, columns, flags, handle):
     return is_matrix(handle, array_class, rows, columns, flags)
 
 
+@kernel(WHOLE, HANDLE)
 def read_number(index, handle):
     return numbers_of(handle)[index]
 
 
-vector, matrix = Kernel(read_vector, (WHOLE,) * 3 + (HANDLE,)), Kernel(read_matrix, (WHOLE,) * 4 + (HANDLE,))
-number = Kernel(read_number, (WHOLE, HANDLE))
+vector, matrix, number = (Kernel(__name__, name) for name in ("read_vector", "read_matrix", "read_number"))
 
 
 def arrays():

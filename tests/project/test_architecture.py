@@ -130,7 +130,7 @@ def reached_into(importer, text):
 
 
 def test_a_folder_of_another_room_is_used_through_what_it_hands_on():
-    """Kernels are imported one by one, where they are called: Numba takes half a second."""
+    """Layouts of kernels are imported one by one: they are no more than numbers."""
     for name, text in TEXTS.items():
         assert reached_into(name, text) == []
     assert reached_into("display/page.py", "from robust_ik.singularities.trace.continuation import follow")

@@ -117,10 +117,10 @@ def _record(plan: RunPlan, program: ControlProgram, run: int, done: int, state: 
 
 
 def _kernel(most: int) -> Callable[..., None]:
-    from robust_ik.kernels.control import control_entries
+    from robust_ik.kernels import control
 
     size = next(each for each in SIZES if most <= each)
-    compiled: Callable[..., None] = getattr(control_entries, f"runs_{size}").compiled
+    compiled: Callable[..., None] = getattr(control, f"runs_{size}").compiled
     return compiled
 
 

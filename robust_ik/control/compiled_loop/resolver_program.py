@@ -312,10 +312,10 @@ def rows_together(resolver: Compilable, rows: Sequence[int]) -> int:
 
 def kernel_for(most: int) -> Callable[..., int]:
     """The compiled step for at most so many joints and rows of a level."""
-    from robust_ik.kernels.control import control_entries
+    from robust_ik.kernels import control
 
     size = next(each for each in SIZES if most <= each)
-    compiled: Callable[..., int] = getattr(control_entries, f"control_{size}").compiled
+    compiled: Callable[..., int] = getattr(control, f"control_{size}").compiled
     return compiled
 
 

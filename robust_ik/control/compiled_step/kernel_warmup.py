@@ -19,8 +19,7 @@ SMALLEST = 8
 def warmup(robot: Robot | None = None, *, progress: ProgressCallback | None = None) -> float:
     """Compiles all kernels, or reads them from disk if they have been compiled on this machine before.
 
-    The first time on a machine takes about three minutes of one core, later ones a second, most of it to import Numba;
-    docs/speed.md has the seconds of each kernel, where compiled code is kept, and what to do if nothing can be written.
+    The first time on a machine takes about three minutes of one core, later ones a fraction of a second; docs/speed.md has the seconds of each kernel, where compiled code is kept, and what to do if nothing can be written.
 
     Args:
         robot: Leave out kernels for robots of other sizes; by default compile everything, for any robot.
@@ -30,8 +29,8 @@ def warmup(robot: Robot | None = None, *, progress: ProgressCallback | None = No
         The time taken, s.
     """
     began = time.perf_counter()
-    from robust_ik.kernels.compiler.compiling import every_kernel
     from robust_ik.kernels.compiler.gain_callbacks import address_of
+    from robust_ik.kernels.loader.kernel import every_kernel
 
     kernels = [each for each in every_kernel() if robot is None or _serves(each.most, robot.n)]
     jobs: list[Callable[[], object]] = [partial(getattr, each, "compiled") for each in kernels]

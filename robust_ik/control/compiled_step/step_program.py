@@ -22,7 +22,7 @@ from robust_ik.kinematics.twist_rows import ROWS
 
 MOST_JOINTS = 16
 """Most joints of a compiled step; robots with more are stepped in Python. As many as the largest kernel,
-`step_entries.step_16`, has room for."""
+`compiled.step_16`, has room for."""
 
 EXTREME = 1e30
 """Weights beyond this, or below its inverse, are left to Python, which avoids overflow."""
@@ -148,24 +148,19 @@ def _written(
 
 
 def _compiled(n: int) -> tuple[Step, Step, Step]:
-    from robust_ik.kernels.step import step_entries
+    from robust_ik.kernels.step import beside_8, beside_16, step_8, step_16, steps_8, steps_16
 
-    kernels = (
-        (step_entries.step_8, step_entries.beside_8, step_entries.steps_8)
-        if n <= 8
-        else (step_entries.step_16, step_entries.beside_16, step_entries.steps_16)
-    )
-    step, beside, steps = kernels
+    step, beside, steps = (step_8, beside_8, steps_8) if n <= 8 else (step_16, beside_16, steps_16)
     return step.compiled, beside, steps  # the last two are compiled when they are first called
 
 
 def _half_compiled(inverse: SingularValueFilter, size: tuple[int, int, int], joints: Array | None) -> tuple[Step, Step]:
     """Functions of which all but the gains is compiled."""
-    from robust_ik.kernels.step import step_entries
+    from robust_ik.kernels.step import factor_8, factor_16
 
     n, _, m = size
     k = min(m, n)
-    factor = (step_entries.factor_8 if n <= 8 else step_entries.factor_16).compiled
+    factor = (factor_8 if n <= 8 else factor_16).compiled
     back = None if joints is None else np.linalg.inv(joints)
 
     def beside(address: int, q: Array, twist: Array, secondary: Array | None, out: Array) -> int:

@@ -1,18 +1,13 @@
 """Reads NumPy arrays directly in memory, without Numba's conversion of arguments.
 
 Numba's own arrays cost a check of types for each call and a record for each array. A handle is the address of any
-Python object. Whether the object is an array of the right kind is read from fixed places in memory; NumPy's binary
-interface fixes them, since every extension module uses them.
-
-Source: NumPy's reference, "Python types and C structures": PyArrayObject and PyArray_Descr.
+Python object. Whether the object is an array of the right kind is read where NumPy keeps it: see `array_layout`.
 """
 
 from __future__ import annotations
 
-import ctypes
 from typing import Any
 
-import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core.pythonapi import unbox
@@ -20,40 +15,7 @@ from numba.extending import NativeValue, intrinsic, models, register_model
 
 from robust_ik.kernels.compiler.compiling import HANDLE, HandleType, inlined
 from robust_ik.kernels.compiler.stack_memory import Pointer, at_address
-
-HEAD = object.__basicsize__
-"""Bytes of the header of every Python object; the last 8 hold the address of its class."""
-CLASS = HEAD - 8
-"""Offset of that address."""
-DATA, AXES, SHAPE, KIND, FLAGS = HEAD, HEAD + 8, HEAD + 16, HEAD + 40, HEAD + 48
-"""Offsets in an array object: address of its numbers, number of axes, addresses of its shape and its dtype, flags."""
-ORDER, NUMBER = HEAD + 10, HEAD + 12
-"""Offsets in a dtype object: its byte order, a character, and its type number."""
-NATIVE, DOUBLE = ord("="), np.dtype(float).num
-"""Byte order and type number of doubles in this machine's order of bytes."""
-CONTIGUOUS, ALIGNED, WRITEABLE = 0x1, 0x100, 0x400
-"""Bits of the flags: NPY_ARRAY_C_CONTIGUOUS, NPY_ARRAY_ALIGNED and NPY_ARRAY_WRITEABLE of NumPy's ndarraytypes.h."""
-
-
-def _expect_arrays() -> None:
-    """Raises if NumPy lays arrays out otherwise in memory: what is read then would be nonsense."""
-
-    def whole(address: int) -> int:
-        return ctypes.c_int64.from_address(address).value
-
-    def half(address: int) -> int:
-        return ctypes.c_int32.from_address(address).value
-
-    array, flags = np.zeros((3, 5)), CONTIGUOUS | ALIGNED | WRITEABLE
-    at, kind = id(array), id(array.dtype)
-    found = whole(at + CLASS), whole(at + DATA), half(at + AXES), half(at + FLAGS) & flags, whole(at + KIND)
-    good = found == (id(np.ndarray), array.ctypes.data, 2, flags, kind)
-    good = good and (half(kind + NUMBER), ctypes.c_ubyte.from_address(kind + ORDER).value) == (DOUBLE, NATIVE)
-    if not good or (whole(whole(at + SHAPE)), whole(whole(at + SHAPE) + 8)) != (3, 5):
-        raise ImportError(f"NumPy {np.__version__} keeps arrays in memory otherwise than its versions 1 and 2 do")
-
-
-_expect_arrays()
+from robust_ik.kernels.loader.array_layout import AXES, CLASS, DATA, DOUBLE, FLAGS, KIND, NATIVE, NUMBER, ORDER, SHAPE
 
 
 @register_model(HandleType)

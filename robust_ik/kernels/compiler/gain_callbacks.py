@@ -1,32 +1,21 @@
-"""Compiles gain formulas to functions that kernels call by address."""
+"""Gain formulas as compiled functions that kernels call by address."""
 
 from __future__ import annotations
 
 import threading
 import warnings
 from collections.abc import Callable
-from types import FunctionType
 from typing import Any
 
-from numba import types
-from numba.core.errors import NumbaError
-from numba.extending import overload, register_jitable
+from robust_ik.kernels.loader.kernel_store import Made, NotCompilableError, name_of, obtained, sources_of
+from robust_ik.kernels.loader.machine_code import load
 
-from robust_ik.kernels.compiler.compiling import callback
-from robust_ik.kernels.compiler.where import where
+TYPES = "a gain formula"
+"""Names the types of a formula's arguments, which `formula_compiling` states, in the hash of its sources."""
 
-SIGNATURE = types.float64(*[types.float64] * 5, types.CPointer(types.float64))
-"""From σ, σ₁, the smallest σ, Π σ, how many σ come after this one, and a pointer to the parameters, to the gain."""
-
-_callbacks: dict[Callable[..., Any], Any] = {}
-"""Compiled formulas, kept so that their addresses stay valid; None for a formula that cannot be compiled."""
+_addresses: dict[Callable[..., Any], int | None] = {}
+"""Addresses of compiled formulas; None for a formula that cannot be compiled."""
 _lock = threading.Lock()
-_known: set[FunctionType] = {where}  # type: ignore[arg-type]
-
-
-@overload(where, strict=False)
-def _where(condition: Any, x: Any, y: Any) -> Any:
-    return lambda condition, x, y: x if condition else y
 
 
 def address_of(formula: Callable[..., Any]) -> int | None:
@@ -34,27 +23,21 @@ def address_of(formula: Callable[..., Any]) -> int | None:
 
     It is compiled once, in this process or in an earlier one.
     """
-    with _lock:  # a second thread must not replace the callback whose address the first one has
-        if formula not in _callbacks:
-            _callbacks[formula] = _compiled(formula)
-    return None if _callbacks[formula] is None else int(_callbacks[formula].address)
+    with _lock:  # a second thread must not compile it as well
+        if formula not in _addresses:
+            _addresses[formula] = _obtained(formula)
+    return _addresses[formula]
 
 
-def _compiled(formula: Callable[..., Any]) -> Any:
-    _announce(formula)
+def _obtained(formula: Callable[..., Any]) -> int | None:
     try:
-        return callback(formula, SIGNATURE)
-    except NumbaError as error:
-        reason = str(error).strip().splitlines()[0]
-        warnings.warn(f"{formula.__qualname__} cannot be compiled and stays Python: {reason}", stacklevel=5)
+        return obtained(name_of(formula), sources_of(formula, TYPES), load, lambda: _made(formula))
+    except NotCompilableError as error:
+        warnings.warn(f"{formula.__qualname__} cannot be compiled and stays Python: {error}", stacklevel=4)
         return None
 
 
-def _announce(function: Any) -> None:
-    """Allows compiled code to call the plain functions that a function uses, and those that they use."""
-    for name in function.__code__.co_names:
-        other = function.__globals__.get(name)
-        if isinstance(other, FunctionType) and other not in _known:
-            _known.add(other)
-            register_jitable(other)
-            _announce(other)
+def _made(formula: Callable[..., Any]) -> Made:
+    from robust_ik.kernels.compiler.formula_compiling import made
+
+    return made(formula)

@@ -5,13 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 from robust_ik.checks import Array
-from robust_ik.kernels.compiler.array_handles import ALIGNED, CONTIGUOUS, WRITEABLE, int64_at, is_vector, numbers_of
+from robust_ik.kernels.compiler.array_handles import int64_at, is_vector, numbers_of
 from robust_ik.kernels.compiler.compiling import FLOAT, HANDLE, WHOLE, called, filled, given, kernel
 from robust_ik.kernels.compiler.stack_memory import W8, W16, Sizes, at_address, sizes
 from robust_ik.kernels.control import control_layout as slots
 from robust_ik.kernels.control.control_step import control_step
 from robust_ik.kernels.control.many_runs import many_runs
 from robust_ik.kernels.control.resolve_levels import resolve
+from robust_ik.kernels.loader.array_layout import ALIGNED, CONTIGUOUS, WRITEABLE
 
 STEP = WHOLE, HANDLE, HANDLE, WHOLE, WHOLE
 PLAIN = CONTIGUOUS | ALIGNED

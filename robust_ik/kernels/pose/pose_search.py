@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from robust_ik.checks import Array
-from robust_ik.kernels.compiler.array_handles import ALIGNED, CONTIGUOUS, int64_at, is_matrix, is_vector, numbers_of
+from robust_ik.kernels.compiler.array_handles import int64_at, is_matrix, is_vector, numbers_of
 from robust_ik.kernels.compiler.compiling import HANDLE, WHOLE, called, filled, given, kernel
 from robust_ik.kernels.compiler.simd_lanes import Number, somewhere, spread
 from robust_ik.kernels.compiler.stack_memory import (
@@ -20,6 +20,7 @@ from robust_ik.kernels.compiler.stack_memory import (
     pointer,
     stack,
 )
+from robust_ik.kernels.loader.array_layout import ALIGNED, CONTIGUOUS
 from robust_ik.kernels.pose import pose_layout as lay
 from robust_ik.kernels.pose import search_memory as mem
 from robust_ik.kernels.pose.damped_step import step

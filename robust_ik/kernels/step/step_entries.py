@@ -9,9 +9,10 @@ from typing import Any
 
 from robust_ik.checks import Array
 from robust_ik.kernels.chain.chain_layout import CONFIGURATION, INDEPENDENT
-from robust_ik.kernels.compiler.array_handles import ALIGNED, CONTIGUOUS, WRITEABLE, int64_at, is_vector, numbers_of
+from robust_ik.kernels.compiler.array_handles import int64_at, is_vector, numbers_of
 from robust_ik.kernels.compiler.compiling import HANDLE, WHOLE, filled, given, inlined, kernel
 from robust_ik.kernels.compiler.stack_memory import W8, W16, Pointer, Sizes, at_address
+from robust_ik.kernels.loader.array_layout import ALIGNED, CONTIGUOUS, WRITEABLE
 from robust_ik.kernels.step.step import factor_one, many, step_one
 from robust_ik.kernels.step.step_layout import CHAIN, ROWS, UNLIKE
 

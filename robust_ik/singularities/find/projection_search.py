@@ -92,7 +92,7 @@ def step(at: Residual, damping: Array) -> Array:
         at: r and A = ∂r/∂q of N configurations.
         damping: (N,).
     """
-    from robust_ik.kernels.matrices.levenberg_marquardt import steps
+    from robust_ik.kernels.matrices import steps
 
     count, p, n = at.derivative.shape
     size, result = min(p, n), np.empty((count, n))

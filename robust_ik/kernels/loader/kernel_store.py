@@ -1,8 +1,9 @@
 """Compiled kernels on disk: what is compiled once is then read by every process, from any folder.
 
-It replaces Numba's own cache, which has three faults: it looks at the function's own file only, so that a kernel would
-not notice a change of the helpers it is made of; it cannot read from a folder that is read-only, as in a container;
-and an error in writing ends the program. Here the name of a file is a hash of all that its contents depend on: there
+It replaces Numba's own cache, which has four faults: nothing is read from it without importing Numba, which takes half
+a second; it looks at the function's own file only, so that a kernel would not notice a change of the helpers it is made
+of; it cannot read from a folder that is read-only, as in a container; and an error in writing ends the program. Here
+the name of a file is a hash of all that its contents depend on: there
 is no index, processes that compile the same kernel at once write the same file, and files may be copied.
 
 What is read is executed, so only files that nobody else can have written are read: see `trusted_folders`.
@@ -13,30 +14,44 @@ from __future__ import annotations
 import hashlib
 import logging
 import os
-import pickle
-import sys
 import uuid
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from types import FunctionType, ModuleType
-from typing import Any
+from typing import Any, TypeVar
 
-import numba
 import numpy as np
 
-from robust_ik.kernels.compiler.announcing import announce
-from robust_ik.kernels.compiler.trusted_folders import make_folder, open_to_others, why_not_file, why_not_folder
+from robust_ik.kernels.loader.announcing import announce
+from robust_ik.kernels.loader.shipped import FOLDER as SHIPPED
+from robust_ik.kernels.loader.shipped import shipped
+from robust_ik.kernels.loader.target import target
+from robust_ik.kernels.loader.trusted_folders import make_folder, open_to_others, why_not_file, why_not_folder
+
+Used = TypeVar("Used")
 
 FOLDER = Path(__file__).parents[1]
 """The folder of all kernels, with its sub-folders."""
 SUFFIX = ".kernel"
 KEPT = 8
 """Most files of one kernel that are left in a folder, for versions of the code, of Python and of processors."""
-SETTINGS = ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "BOUNDSCHECK", "DEBUGINFO_DEFAULT")
-"""Numba's settings by environment variables that change the machine code; the target's own key names the processor."""
 _told: list[str] = []
 _refused: set[Path] = set()
+
+
+@dataclass(frozen=True)
+class Made:
+    """Machine code that has just been compiled.
+
+    Attributes:
+        content: As `machine_code.load` takes it.
+        fixed: Why it only serves this process; None if it serves others.
+    """
+
+    content: bytes
+    fixed: str | None = None
 
 
 def _digest(*parts: bytes) -> bytes:
@@ -49,14 +64,15 @@ SOURCES = _digest(*(source.read_bytes() for source in sorted(FOLDER.rglob("*.py"
 
 def places() -> Iterator[Path]:
     """Folders where kernels may lie, best first: NUMBA_CACHE_DIR, beside the sources, the user's cache."""
-    if numba.config.CACHE_DIR:
-        yield Path(numba.config.CACHE_DIR) / "robust_ik"
+    if named := os.environ.get("NUMBA_CACHE_DIR"):
+        yield Path(named) / "robust_ik"
     yield FOLDER / "__pycache__"
-    from numba.misc.appdirs import AppDirs
+    from platformdirs import user_cache_path
 
-    user = Path(AppDirs("robust_ik", appauthor=False).user_cache_dir)
-    if user.is_absolute():  # not absolute for a user without a home: it would be made in the working folder
-        yield user
+    with suppress(RuntimeError):  # raised, or the path is not absolute, for a user without a home
+        user = user_cache_path("robust_ik", appauthor=False)
+        if user.is_absolute():  # else it would be made in the working folder
+            yield user
 
 
 def _trusted_places() -> Iterator[Path]:
@@ -65,72 +81,82 @@ def _trusted_places() -> Iterator[Path]:
     Those who may write to the sources need no kernels to run code, so the folder beside the sources may be open to
     them.
     """
-    for place in places():
-        beside = open_to_others(FOLDER) if place == FOLDER / "__pycache__" else None
-        reason = why_not_folder(place, beside)
-        if reason is None:
-            yield place
-        elif place not in _refused:
-            _refused.add(place)
-            logging.getLogger("robust_ik").warning(f"compiled kernels in {place} are not used: {reason}")
+    return filter(_is_trusted, places())
 
 
-class Store:
-    """The file cache that Numba asks for one function's machine code; reading and writing raise no errors.
+def _is_trusted(place: Path) -> bool:
+    reason = why_not_folder(place, open_to_others(FOLDER) if place.parent == FOLDER else None)
+    if reason is not None and place not in _refused:
+        _refused.add(place)
+        logging.getLogger("robust_ik").warning(f"compiled kernels in {place} are not used: {reason}")
+    return reason is None
 
-    Raises:
-        OSError: The function comes from no file, or is a closure.
 
-    Attributes:
-        cache_path: Unused: there are several.
+class NotCompilableError(Exception):
+    """A function is not made of what can be compiled."""
+
+
+def obtained(name: str, sources: bytes | None, use: Callable[[bytes], Used], make: Callable[[], Made]) -> Used:
+    """What is made of machine code that lies on disk or, if it lies nowhere, is compiled and put there.
+
+    Reading and writing raise no errors: what is missing, unreadable or damaged is compiled again.
+
+    Args:
+        name: "module.function".
+        sources: Hash of all sources that the code is made of; None if they may be others in another process.
+        use: Makes the result, of machine code as `make` gives it.
+        make: Compiles.
     """
+    if sources is not None:
+        for content in filter(None, map(_read, _files(name, sources))):
+            try:
+                return use(content)
+            except Exception as error:
+                _tell(f"{name} is compiled again: {error!r}")
+    announce(name)
+    made = make()
+    result = use(made.content)
+    if sources is not None:
+        _keep(name, _file(name, sources, target()), made)
+    return result
 
-    cache_path = None
 
-    def __init__(self, function: Callable[..., Any]) -> None:
-        source = Path(function.__code__.co_filename)
-        self._function = function
-        self._name = f"{source.stem}.{function.__qualname__}".replace("<locals>", "_")
-        self._source = _digest(*(part.encode() for part in _made_of(function, {})), SOURCES)
+def _file(name: str, sources: bytes, compiled_for: str) -> str:
+    return f"{name}-{_digest(sources, compiled_for.encode()).hex()[:24]}{SUFFIX}"
 
-    def load_overload(self, signature: Any, target: Any) -> Any:
-        """The compiled function; None, so that it is compiled again, if its file is missing, unreadable or damaged."""
-        try:
-            from numba.core.compiler import CompileResult
 
-            target.refresh()
-            name = self._file(signature, target.codegen())
-            for content in filter(None, (_read(place / name) for place in _trusted_places())):
-                return CompileResult._rebuild(target, *pickle.loads(content))  # noqa: SLF001
-        except Exception as error:
-            _tell(f"{self._name} is compiled again: {error!r}")
-        announce(self._function)
+def _files(name: str, sources: bytes) -> Iterator[Path]:
+    """Where machine code may lie, best first: what was shipped serves all processes alike."""
+    if (compiled_for := shipped()) is not None and _is_trusted(SHIPPED):
+        yield SHIPPED / _file(name, sources, compiled_for)
+    file = _file(name, sources, target())
+    for place in _trusted_places():
+        yield place / file
+
+
+def _keep(name: str, file: str, made: Made) -> None:
+    """Writes machine code to the first place where that is possible."""
+    try:
+        if made.fixed is not None:
+            raise ValueError(made.fixed)  # noqa: TRY301
+        if not any(_write(place / file, made.content) for place in _trusted_places()):
+            raise PermissionError("there is no folder to write to; NUMBA_CACHE_DIR may name one")  # noqa: TRY301
+    except Exception as error:
+        _tell(f"{name} is not kept, and compiled by every process: {error}")
+
+
+def name_of(function: Callable[..., Any]) -> str:
+    """The function's module, without its packages, and its name."""
+    return f"{function.__module__.rpartition('.')[2]}.{function.__qualname__}".replace("<locals>", "_")
+
+
+def sources_of(function: Callable[..., Any], types: str) -> bytes | None:
+    """Hash of the sources of a function, for these types of arguments; None if no file determines the function."""
+    try:
+        made_of = (*_made_of(function, {}), function.__qualname__, types)
+    except OSError:
         return None
-
-    def save_overload(self, signature: Any, compiled: Any) -> None:
-        """Writes the compiled function to the first place where that is possible."""
-        try:
-            from numba.core.serialize import dumps
-
-            if compiled.library.has_dynamic_globals:
-                raise ValueError("it holds addresses")  # noqa: TRY301
-            content, name = dumps(compiled._reduce()), self._file(signature, compiled.codegen)  # noqa: SLF001
-            if not any(_write(place / name, content) for place in _trusted_places()):
-                raise PermissionError("there is no folder to write to; NUMBA_CACHE_DIR may name one")  # noqa: TRY301
-        except Exception as error:
-            _tell(f"{self._name} is not kept, and compiled by every process: {error}")
-
-    def enable(self) -> None:
-        """Does nothing."""
-
-    disable = flush = enable
-
-    def _file(self, signature: Any, codegen: Any) -> str:
-        """The name of the file: a hash of all that the machine code depends on."""
-        python = f"{sys.implementation.cache_tag} {getattr(sys, 'abiflags', '')}"
-        settings = [getattr(numba.config, name, None) for name in SETTINGS]
-        key = repr((python, numba.__version__, codegen.magic_tuple(), str(signature), settings))
-        return f"{self._name}-{_digest(self._source, key.encode()).hex()[:24]}{SUFFIX}"
+    return _digest(*(part.encode() for part in made_of), SOURCES)
 
 
 def _made_of(function: Callable[..., Any], seen: dict[Any, str]) -> Iterable[str]:

@@ -7,8 +7,6 @@ program that seems to hang for half a minute.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
-from typing import Any
 
 WORTH_SAYING = 3
 """Compile times below this, in seconds, are not announced."""
@@ -44,14 +42,8 @@ MISSED: list[str] = []
 """Names of kernels that this process had to compile since they were nowhere on disk."""
 
 
-def kernel_name(function: Callable[..., Any]) -> str:
-    """The kernel's module, without its packages, and the function's name."""
-    return f"{function.__module__.rpartition('.')[2]}.{function.__qualname__}"
-
-
-def announce(function: Callable[..., Any]) -> None:
-    """Logs that a kernel is being compiled and about how long it takes, if at least WORTH_SAYING."""
-    name = kernel_name(function)
+def announce(name: str) -> None:
+    """Logs that a kernel, "module.function", is being compiled and how long that takes, if at least WORTH_SAYING."""
     MISSED.append(name)
     if (seconds := SECONDS.get(name, 0)) >= WORTH_SAYING:
         module, _, part = name.partition(".")
