@@ -5,7 +5,7 @@ PY := $(VENV)/bin/python
 PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11 python; do \
 	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' >/dev/null 2>&1 && { echo $$p; break; }; done)
 
-.PHONY: demo test test-quick test-everywhere soak attack notebooks docs check wheel clean
+.PHONY: demo test test-quick test-everywhere soak attack notebooks docs check wheel wheel-with-kernels clean
 
 demo: $(VENV)/.ready
 	$(VENV)/bin/robust-ik demo --output out/demo.html
@@ -46,6 +46,12 @@ check: $(VENV)/.ready
 wheel: $(VENV)/.ready
 	rm -rf dist
 	$(PY) -m build --wheel
+
+# For the Python, the system and the level of processors that it names: nothing is compiled where it is installed.
+wheel-with-kernels: $(VENV)/.ready
+	rm -rf dist out/kernels
+	$(PY) .ci/ship_kernels.py out/kernels
+	ROBUST_IK_KERNELS=$(CURDIR)/out/kernels $(PY) -m build --wheel
 
 clean:
 	rm -rf $(VENV) out dist

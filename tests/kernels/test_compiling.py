@@ -21,6 +21,7 @@ from robust_ik import kernels
 from robust_ik.cli.warmup import warmup as warmup_command
 from robust_ik.control.compiled_step import kernel_warmup
 from robust_ik.kernels.compiler import gain_callbacks, object_files
+from robust_ik.kernels.compiler.array_handles import address_of
 from robust_ik.kernels.compiler.compiling import FLOAT, HANDLE, WHOLE, Definition, filled, given, kernel
 from robust_ik.kernels.loader import announcing, kernel_store, target
 from robust_ik.kernels.loader import kernel as kernel_module
@@ -396,7 +397,7 @@ def weighed(x, factor, share, sums):
 
 @kernel(HANDLE, WHOLE)
 def nothing(handle, whole):
-    pass
+    address_of(handle)
 
 
 @kernel(FLOAT)
@@ -517,6 +518,10 @@ def test_every_kernel_of_every_module_is_found():
     defined = {id(each) for module in modules for each in vars(module).values() if isinstance(each, Definition)}
     assert defined
     assert defined == {id(each.definition) for each in every_kernel()}
+    assert {each.name for each in every_kernel()} == {each.definition.function.__name__ for each in every_kernel()}
+    for room in {each.module.rpartition(".")[0] for each in every_kernel()}:
+        named = {name: each for name, each in vars(import_module(room)).items() if isinstance(each, Kernel)}
+        assert named == {each.name: each for each in every_kernel() if each.module.startswith(f"{room}.")}
 
 
 def test_warmup_compiles_all_kernels_and_tells_how_far_it_is(folder, monkeypatch):

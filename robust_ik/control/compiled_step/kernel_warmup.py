@@ -19,7 +19,8 @@ SMALLEST = 8
 def warmup(robot: Robot | None = None, *, progress: ProgressCallback | None = None) -> float:
     """Compiles all kernels, or reads them from disk if they have been compiled on this machine before.
 
-    The first time on a machine takes about three minutes of one core, later ones a fraction of a second; docs/speed.md has the seconds of each kernel, where compiled code is kept, and what to do if nothing can be written.
+    The first time on a machine takes about three minutes of one core, later ones a fraction of a second; docs/speed.md
+    has the seconds of each kernel, where compiled code is kept, and what to do if nothing can be written.
 
     Args:
         robot: Leave out kernels for robots of other sizes; by default compile everything, for any robot.

@@ -36,7 +36,7 @@ def made(formula: Callable[..., Any]) -> Made:
     """
     _announce(formula)
     try:
-        return compiled(formula, SIGNATURE, _entry)
+        return compiled(formula, SIGNATURE, _entry, makes_arrays=True)
     except NumbaError as error:
         raise NotCompilableError(str(error).strip().splitlines()[0]) from error
 

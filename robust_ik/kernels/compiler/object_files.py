@@ -20,19 +20,30 @@ from numba.core.compiler_lock import global_compiler_lock
 
 from robust_ik.kernels.compiler.numba_mathematics import write_frexp, write_ldexp
 from robust_ik.kernels.loader.kernel_store import Made
-from robust_ik.kernels.loader.machine_code import ENTRY, address_in_process
+from robust_ik.kernels.loader.machine_code import ENTRY, MARK, address_in_process
 
-OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
-HELPER: dict[str, Any] = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+HELPER: dict[str, Any] = {
+    "error_model": "numpy",
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+    "_nrt": False,  # makes no arrays and counts no references, for which it would need Numba's runtime library
+}
 
 Entry = Callable[[Any, ir.Module, Any], None]
 """Writes the function ENTRY into a module, from Numba's context and its result, whose function it calls."""
 
 
-def compiled(function: Callable[..., Any], signature: Any, entry: Entry) -> Made:
-    """The machine code of a function for a signature, or a tuple of types of arguments."""
+def compiled(function: Callable[..., Any], signature: Any, entry: Entry, *, makes_arrays: bool = False) -> Made:
+    """The machine code of a function for a signature, or a tuple of types of arguments.
+
+    Args:
+        function: It may call what is compiled.
+        signature: Of the function.
+        entry: Writes what is called from outside.
+        makes_arrays: Whether it may make arrays; a process that runs machine code that does imports Numba.
+    """
     with global_compiler_lock, _only_linked():
-        dispatcher = numba.njit(**HELPER)(function)
+        dispatcher = numba.njit(**{**HELPER, "_nrt": makes_arrays})(function)
         dispatcher.compile(signature)
         (result,) = dispatcher.overloads.values()
         library = result.library
@@ -46,7 +57,8 @@ def compiled(function: Callable[..., Any], signature: Any, entry: Entry) -> Made
     needed = set(_needed(whole))
     if needed >= {"sin", "cos"} and address_in_process("sincos") is not None:
         needed.add("sincos")  # LLVM calls it where both are wanted of a number
-    return Made(f"{' '.join(sorted(needed))}\n".encode("ascii") + content, _why_fixed(library))
+    first = b" ".join((MARK, *(name.encode("ascii") for name in sorted(needed))))
+    return Made(first + b"\n" + content, _why_fixed(library))
 
 
 def _needed(module: Any) -> Iterator[str]:

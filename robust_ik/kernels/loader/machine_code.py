@@ -17,6 +17,10 @@ import numpy as np
 
 ENTRY = "entry"
 """The symbol where each object file is entered."""
+MARK = b"machine code:"
+"""How the first line begins."""
+SHORTEST = 64
+"""Bytes that any object file has: the header of one of 64-bit ELF."""
 KNOWN = (np.ndarray, TypeError, RuntimeError, None)
 """Objects that machine code refers to; each function is given them as its first argument."""
 FASTCALL = 0x0080
@@ -47,7 +51,9 @@ def load(content: bytes) -> int:
     import llvmlite.binding as llvm
 
     named, _, code = content.partition(b"\n")
-    for name in named.decode("ascii").split():
+    if not named.startswith(MARK) or len(code) < SHORTEST:
+        raise ValueError("it is no machine code")  # LLVM would end the process
+    for name in named.removeprefix(MARK).decode("ascii").split():
         _find(llvm, name)
     engine = _engine(llvm)
     engine.add_object_file(llvm.ObjectFileRef.from_data(code))
