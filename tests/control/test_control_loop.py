@@ -276,6 +276,73 @@ def test_many_runs_are_the_runs_one_by_one_to_the_bit_on_any_number_of_threads()
             np.testing.assert_array_equal(loop.tasks[0][0].target, GOAL)  # the loop's own is what it was
 
 
+UR5, KINOVA = rik.load("ur5"), rik.load("kinova")
+STRAIGHT = np.zeros(6)
+"""The UR5 stretched out: singular at the elbow and at the wrist."""
+JPARSE = rik.JParse(0.01)
+
+
+def frame(robot, **more):
+    return rik.FrameTask(robot.pose(robot.rest), gain=4.0, max_linear=0.3, **more)
+
+
+def posture(robot):
+    return rik.PostureTask(robot.rest)
+
+
+def among_singular(robot, count, singular):
+    """Starts anywhere, every third one near or at a singular configuration; the last one at rest."""
+    rng = np.random.default_rng(5)
+    starts = robot.random(rng, count)
+    starts[::3] = singular + 10.0 ** -rng.uniform(2, 14, size=(len(starts[::3]), 1)) * rng.normal(size=robot.n)
+    starts[0], starts[-1] = singular, robot.rest
+    return starts
+
+
+def among_limits(robot, count):
+    """Starts anywhere, every other one with joints at their ends; the last one at rest."""
+    rng = np.random.default_rng(6)
+    starts = robot.random(rng, count)
+    ends = np.where(rng.random((len(starts[1::2]), robot.n)) < 0.5, robot.lower, robot.upper)
+    starts[1::2] = np.where(rng.random(ends.shape) < 0.4, ends, starts[1::2])
+    starts[-1] = robot.rest
+    return starts
+
+
+COMPANY = {
+    "limits": (ROBOT, None, [[frame(ROBOT)], [posture(ROBOT)]], {}),
+    "acceleration": (ROBOT, None, [[frame(ROBOT)], [posture(ROBOT)]], {"acceleration": 3.0}),
+    "nearest": (
+        ROBOT, rik.TaskPriority(JPARSE, rik.QuadraticProgram(), steady=True), [[frame(ROBOT)], [posture(ROBOT)]], {},
+    ),
+    "scaling": (ROBOT, rik.TaskPriority(JPARSE, rik.Scaling()), [[frame(ROBOT)], [posture(ROBOT)]], {}),
+    "ranks": (UR5, None, [[frame(UR5)], [posture(UR5)]], {}),
+    "pseudo-inverse": (UR5, rik.TaskPriority(rik.MoorePenrose()), [[frame(UR5)], [posture(UR5)]], {}),
+    "decoupled": (UR5, rik.DecoupledPriority(JPARSE), [[frame(UR5, rows=("x", "wz"))], [posture(UR5)]], {}),
+    "three levels": (
+        ROBOT, None, [[rik.PositionTask(GOAL[:3, 3])], [rik.OrientationTask(GOAL[:3, :3])], [posture(ROBOT)]], {},
+    ),
+    "upwards": (UR5, None, [[rik.SingularValueTask(max_speed=0.3)], [posture(UR5)]], {}),
+    "several": (UR5, None, [[frame(UR5, rows=("z",)), rik.DampingTask(weight=0.1)], [posture(UR5)]], {}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("count", [11, 10, 3])
+@pytest.mark.parametrize("case", COMPANY)
+def test_runs_in_company_are_to_the_bit_what_they_are_alone(case, count):
+    """Eight go side by side: what limits, ranks, noise or their own end do to one of them is nothing to the others."""
+    robot, resolver, stack, limits = COMPANY[case]
+    starts = among_singular(robot, count, STRAIGHT) if robot is UR5 else among_limits(robot, count)
+    loop = rik.ControlLoop(rik.VelocityController(robot, resolver, rik.JointLimits.of(robot, **limits)), stack, DT)
+    assert loop.compiled
+    gains = {(len(stack) - 1, 0): {"gain": np.linspace(0.5, 3.0, count), "weight": np.geomspace(0.1, 3.0, count)}}
+    for more in ({"numbers": gains}, {"noise": 1e-3, "lag": 0.03}):
+        company = loop.runs(starts, 60, every=7, **more)
+        alone = loop.runs(starts, 60, every=7, threads=count, **more)
+        for name in ("q", "qdot", "final_q"):
+            np.testing.assert_array_equal(getattr(company, name), getattr(alone, name))
+
+
 def test_steps_that_numpy_has_to_make_take_part_in_many_runs():
     """At a singular configuration the way up is left to NumPy."""
     robot = rik.load("ur5")

@@ -85,8 +85,8 @@ def make_runs(program: ControlProgram, plan: RunPlan, threads: int, outside: Out
     def some(part: slice) -> None:
         own, desk = program.program.copy(), program.desk.copy()
         kernel(
-            own.ctypes.data, desk.ctypes.data, state[part], done[part], plan.steps, plan.every, plan.noise, plan.share,
-            plan.seeds[part], plan.places, plan.numbers[part], q[part], qdot[part],
+            own.ctypes.data, desk, _lanes(len(desk)), state[part], done[part], plan.steps, plan.every, plan.noise,
+            plan.share, plan.seeds[part], plan.places, plan.numbers[part], q[part], qdot[part],
         )  # fmt: skip
 
     with ThreadPoolExecutor(max(len(shares), 1)) as pool:
@@ -116,11 +116,22 @@ def _record(plan: RunPlan, program: ControlProgram, run: int, done: int, state: 
         q[run, done // plan.every - 1], qdot[run, done // plan.every - 1] = state[:nq], state[nq : nq + n]
 
 
+def _lanes(size: int) -> Array:
+    """Room for `size` times eight numbers side by side, at a multiple of their bytes."""
+    room = np.zeros(COUNT * (size + 1))
+    skipped = -room.ctypes.data % ALIGNMENT // room.itemsize
+    return room[skipped : skipped + COUNT * size]
+
+
+COUNT, ALIGNMENT = 8, 64
+"""As `simd_lanes.COUNT` and `stack_memory.ALIGNMENT`, whose modules load Numba."""
+
+
 def _kernel(most: int) -> Callable[..., None]:
-    from robust_ik.kernels import control
+    from robust_ik.kernels import runs
 
     size = next(each for each in SIZES if most <= each)
-    compiled: Callable[..., None] = getattr(control, f"runs_{size}").compiled
+    compiled: Callable[..., None] = getattr(runs, f"runs_{size}").compiled
     return compiled
 
 

@@ -1,19 +1,22 @@
 """SIMD lanes: a type of eight numbers that go through the same arithmetic at once, for eight matrices side by side.
 
 Kernels are written once, for numbers. Given lanes, they do the same for eight numbers, and each lane gets the bits that
-it would get alone. Instead of a branch, kernels use `where`.
+it would get alone. Instead of a branch, kernels use `where`; a branch on lanes does not compile. A number that meets
+lanes counts as eight equal ones.
 """
 
 from __future__ import annotations
 
+import math
 import operator
 from typing import Any
 
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
+from numba.core.typeconv import Conversion
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
-from numba.extending import intrinsic, lower_builtin, models, register_model, type_callable
+from numba.extending import intrinsic, lower_builtin, lower_cast, models, overload, register_model, type_callable
 
 COUNT = 8
 """Doubles side by side: as many as a register of AVX-512 holds (64 bytes), or two of AVX2."""
@@ -31,12 +34,20 @@ class LanesType(types.Type):
         super().__init__(name=f"Lanes({count})")
         self.vector = ir.VectorType(ir.DoubleType(), count)
 
+    def can_convert_from(self, typingctx: Any, other: Any) -> Any:
+        """Allows a number where lanes are wanted: `total = 0.0` may begin a sum of lanes."""
+        return Conversion.safe if isinstance(other, types.Float) else None
+
 
 class MaskType(types.Type):
     """Eight truth values."""
 
     def __init__(self) -> None:
         super().__init__(name=f"Mask({COUNT})")
+
+    def can_convert_from(self, typingctx: Any, other: Any) -> Any:
+        """As for lanes: what begins as a number is compared, and becomes lanes in the first round of a loop."""
+        return Conversion.safe if isinstance(other, types.Boolean) else None
 
 
 LANES, FOUR, MASK = LanesType(COUNT), LanesType(4), MaskType()
@@ -55,6 +66,11 @@ class _MaskModel(models.PrimitiveModel):
         super().__init__(manager, kind, BITS)
 
 
+@lower_cast(types.Boolean, MaskType)
+def _cast_truth(context: Any, builder: Any, given: Any, wanted: Any, value: Any) -> Any:
+    return _splat(builder, given, value, BITS)
+
+
 def _splat(builder: Any, kind: Any, value: Any, vector: Any = DOUBLES) -> Any:
     """A vector with the number in every lane; lanes are returned unchanged."""
     if isinstance(kind, LanesType):
@@ -62,6 +78,11 @@ def _splat(builder: Any, kind: Any, value: Any, vector: Any = DOUBLES) -> Any:
     alone = builder.insert_element(ir.Constant(vector, ir.Undefined), value, ir.Constant(ir.IntType(32), 0))
     zeros = ir.Constant(ir.VectorType(ir.IntType(32), vector.count), [0] * vector.count)
     return builder.shuffle_vector(alone, ir.Constant(vector, ir.Undefined), zeros)
+
+
+@lower_cast(types.Float, LanesType)
+def _cast(context: Any, builder: Any, given: Any, wanted: Any, value: Any) -> Any:
+    return _splat(builder, given, value, wanted.vector)
 
 
 def _is_number(kind: Any) -> bool:
@@ -93,13 +114,16 @@ def _offer(function: Any, result: Any, made: Any) -> None:
         lower_builtin(function, *kinds)(lowered)
 
 
-for _operator, _instruction in (
-    (operator.add, "fadd"),
-    (operator.sub, "fsub"),
-    (operator.mul, "fmul"),
-    (operator.truediv, "fdiv"),
+for _operator, _in_place, _instruction in (
+    (operator.add, operator.iadd, "fadd"),
+    (operator.sub, operator.isub, "fsub"),
+    (operator.mul, operator.imul, "fmul"),
+    (operator.truediv, operator.itruediv, "fdiv"),
 ):
-    _offer(_operator, None, lambda builder, x, y, name=_instruction: getattr(builder, name)(x, y))
+    for _either in (_operator, _in_place):
+        _offer(_either, None, lambda builder, x, y, name=_instruction: getattr(builder, name)(x, y))
+for _pick, _symbol in ((max, ">"), (min, "<")):  # as Python: the first one, unless the second is beyond it
+    _offer(_pick, None, lambda builder, x, y, symbol=_symbol: builder.select(builder.fcmp_ordered(symbol, y, x), y, x))
 for _operator, _symbol in ((operator.gt, ">"), (operator.ge, ">="), (operator.lt, "<"), (operator.le, "<=")):
     _offer(_operator, MASK, lambda builder, x, y, symbol=_symbol: builder.fcmp_ordered(symbol, x, y))
 
@@ -141,6 +165,37 @@ for _function, _name in ((root, "sqrt"), (size, "fabs")):
     type_callable(_function)(lambda context: lambda x: x if _is_number(x) else None)
     for _kind in (LanesType, types.Float):
         lower_builtin(_function, _kind)(_llvm(_name))
+
+
+@overload(abs, strict=False)
+def _abs(x: Any) -> Any:
+    return (lambda x: size(x)) if isinstance(x, LanesType) else None
+
+
+@overload(math.sqrt, strict=False)
+def _sqrt(x: Any) -> Any:
+    return (lambda x: root(x)) if isinstance(x, LanesType) else None
+
+
+@overload(operator.neg, strict=False)
+def _neg(x: Any) -> Any:
+    return (lambda x: -1.0 * x) if isinstance(x, LanesType) else None
+
+
+@overload(int, strict=False)
+def _int(x: Any) -> Any:
+    """The whole number that all lanes share, such as a count; of others that of the first lane."""
+    return (lambda x: int(first(x))) if isinstance(x, LanesType) else None
+
+
+@intrinsic
+def first(typing_context: Any, value: Any) -> Any:
+    """The number in the first lane."""
+
+    def codegen(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        return builder.extract_element(values[0], ir.Constant(ir.IntType(32), 0))
+
+    return types.float64(value), codegen
 
 
 def where(condition: Any, x: Number, y: Number) -> Number:

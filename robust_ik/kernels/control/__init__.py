@@ -2,6 +2,6 @@
 
 from robust_ik.kernels.loader.kernel import kernels
 
-control_8, control_16, control_32, runs_8, runs_16, runs_32 = kernels(
-    "robust_ik.kernels.control.control_entries", "control_8", "control_16", "control_32", "runs_8", "runs_16", "runs_32"
+control_8, control_16, control_32 = kernels(
+    "robust_ik.kernels.control.control_entries", "control_8", "control_16", "control_32"
 )

@@ -10,8 +10,7 @@ from robust_ik.kernels.compiler.stack_memory import ONE, Pointer, Sizes, further
 from robust_ik.kernels.control import control_layout as slots
 from robust_ik.kernels.control.frame_motion import END, frame_place, map_of
 from robust_ik.kernels.control.jacobian_gradients import add_gradient
-from robust_ik.kernels.control.level_freedom import MATRIX, RANK_TOLERANCE, VECTOR
-from robust_ik.kernels.matrices.small_svd import decompose_some
+from robust_ik.kernels.control.level_freedom import MATRIX, RANK_TOLERANCE, VECTOR, decompose
 
 FADE = 0.1
 """As `measure_climbing.FADE`."""
@@ -35,7 +34,7 @@ def climbing_rows(
         for c in range(n):
             A[r * n + c] = twists[row * n + c] * (task[slots.SCALE] if row > 2 else 1.0)
             longest = max(longest, abs(A[r * n + c]))
-    decompose_some(A, U, s, Vt, m, n, k, 1, width, width, 0.0)
+    decompose(A, U, s, Vt, m, n, k, width)
     for c in range(n):
         gradient[c] = 0.0
     index = int(task[slots.INDEX])

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from robust_ik.checks import Array
 from robust_ik.kernels.compiler.array_handles import int64_at, is_vector, numbers_of
-from robust_ik.kernels.compiler.compiling import FLOAT, HANDLE, WHOLE, called, filled, given, kernel
+from robust_ik.kernels.compiler.compiling import HANDLE, WHOLE, called, kernel
 from robust_ik.kernels.compiler.stack_memory import W8, W16, Sizes, at_address, sizes
 from robust_ik.kernels.control import control_layout as slots
 from robust_ik.kernels.control.control_step import control_step
-from robust_ik.kernels.control.many_runs import many_runs
 from robust_ik.kernels.control.resolve_levels import resolve
 from robust_ik.kernels.loader.array_layout import ALIGNED, CONTIGUOUS, WRITEABLE
 
@@ -57,44 +55,3 @@ def control_16(setup: int, q: Any, out: Any, first: int, given: int) -> int:
 def control_32(setup: int, q: Any, out: Any, first: int, given: int) -> int:
     """A step with at most 32 joints, and rows of a level; its status."""
     return step(setup, q, out, first, given, W32)
-
-
-RUNS = (
-    WHOLE, WHOLE, filled(2), filled(2), WHOLE, WHOLE, FLOAT, FLOAT, given(1), given(1), given(2), filled(3), filled(3)
-)  # fmt: skip
-
-
-@kernel(*RUNS)
-def runs_8(
-    program: int, desk: int, state: Array, done: Array, steps: int, every: int, noise: float, share: float,
-    seeds: Array, places: Array, numbers: Array, q: Array, qdot: Array,
-) -> None:  # fmt: skip
-    """`many_runs` with at most 8 joints, and rows of a level."""
-    many_runs(
-        at_address(program), at_address(desk), state, done, steps, every, noise, share, seeds, places, numbers, q, qdot,
-        W8,
-    )  # fmt: skip
-
-
-@kernel(*RUNS)
-def runs_16(
-    program: int, desk: int, state: Array, done: Array, steps: int, every: int, noise: float, share: float,
-    seeds: Array, places: Array, numbers: Array, q: Array, qdot: Array,
-) -> None:  # fmt: skip
-    """`many_runs` with at most 16 joints, and rows of a level."""
-    many_runs(
-        at_address(program), at_address(desk), state, done, steps, every, noise, share, seeds, places, numbers, q, qdot,
-        W16,
-    )  # fmt: skip
-
-
-@kernel(*RUNS)
-def runs_32(
-    program: int, desk: int, state: Array, done: Array, steps: int, every: int, noise: float, share: float,
-    seeds: Array, places: Array, numbers: Array, q: Array, qdot: Array,
-) -> None:  # fmt: skip
-    """`many_runs` with at most 32 joints, and rows of a level."""
-    many_runs(
-        at_address(program), at_address(desk), state, done, steps, every, noise, share, seeds, places, numbers, q, qdot,
-        W32,
-    )  # fmt: skip

@@ -82,19 +82,27 @@ def remember(program: Pointer, desk: Pointer, q: Pointer) -> None:
 
 
 @called
-def control_step(program: Pointer, desk: Pointer, q: Pointer, out: Pointer, width: Sizes) -> int:
-    """One step from q; a status. `out` and the last velocities change only if it is DONE."""
+def pose_problem(program: Pointer, desk: Pointer, q: Pointer, width: Sizes) -> int:
+    """Puts on the desk what a step from q has to solve: the levels' equations, and the bounds; a status."""
     status = check_configuration(program, q)
     if status != slots.DONE:
         return status
     remember(program, desk, q)
     status = equations(program, desk, q, width)
+    if status == slots.DONE and program[slots.LIMITS] > 0.0:
+        joint_bounds(program, desk, q)
+    return status
+
+
+@called
+def control_step(program: Pointer, desk: Pointer, q: Pointer, out: Pointer, width: Sizes) -> int:
+    """One step from q; a status. `out` and the last velocities change only if it is DONE."""
+    status = pose_problem(program, desk, q, width)
     if status != slots.DONE:
         return status
-    if program[slots.LIMITS] > 0.0:
-        joint_bounds(program, desk, q)
+    first = int(0.0)  # for a literal 0 Numba would compile `resolve` once more
     if program[slots.RESOLVER] == slots.WEIGHTED:
         status = weigh_levels(program, desk, width)
     else:
-        status = resolve(program, desk, 0, False, width)
+        status = resolve(program, desk, first, first > 0, width)
     return status if status != slots.DONE else finish(program, desk, out)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 
 from robust_ik.kernels.compiler.compiling import called
+from robust_ik.kernels.compiler.simd_lanes import Number, where
 from robust_ik.kernels.compiler.stack_memory import ONE, Pointer, further, sizes, stack
 from robust_ik.kernels.control import control_layout as slots
 from robust_ik.kernels.control.level_freedom import MATRIX, VECTOR, found_of, length_of, record_of
@@ -32,29 +33,26 @@ UNKNOWNS = sizes(33)
 @called
 def largest_step(
     program: Pointer, desk: Pointer, lower: Pointer, upper: Pointer, qdot: Pointer, change: Pointer
-) -> float:
+) -> Number:
     """The largest s in [0, 1] for which q̇ + s·change stays inside; q̇ is inside."""
     n, rows = int(program[slots.JOINTS]), int(program[slots.ROWS])
     share = 1.0
     for c in range(n):
         used = abs(change[c])
-        room = upper[c] - qdot[c] if change[c] > 0.0 else qdot[c] - lower[c]
-        room = max(room, 0.0) + ROUNDING
-        if used > room:
-            share = min(share, room / used)
+        room = max(where(change[c] > 0.0, upper[c] - qdot[c], qdot[c] - lower[c]), 0.0) + ROUNDING
+        share = where(used > room, min(share, room / used), share)
     normals, floor = further(desk, int(program[slots.BOUND_ROWS])), further(desk, int(program[slots.FLOOR]))
     for r in range(rows):
         row = further(normals, r * n)
         used, room = -dot(row, change, n), max(dot(row, qdot, n) - floor[r], 0.0) + ROUNDING
-        if used > room:
-            share = min(share, room / used)
+        share = where(used > room, min(share, room / used), share)
     return share
 
 
 @called
 def slowed(
     program: Pointer, desk: Pointer, lower: Pointer, upper: Pointer, qdot: Pointer, motion: Pointer, change: Pointer
-) -> float:
+) -> Number:
     """Fills in the motion, slowed as much as the tightest bound requires; returns its share."""
     share = largest_step(program, desk, lower, upper, qdot, motion)
     for c in range(int(program[slots.JOINTS])):
@@ -187,7 +185,7 @@ def keeping_direction(
         unit[i] = roots[i] * dot(further(Vt, i * n), motion, n) / largest if largest > 0.0 else 0.0
     size = length_of(unit, rank)
     if size == 0.0:
-        return less * slowed(program, desk, lower, upper, qdot, motion, change)
+        return less * float(slowed(program, desk, lower, upper, qdot, motion, change))
     for i in range(rank):
         unit[i] /= size
     directions, kept = further(desk, int(program[slots.SCRATCH])), stack(0.0, ONE, MATRIX)
@@ -251,7 +249,7 @@ def fit(
 ) -> float:  # fmt: skip
     """Fills in the motion that a level gets, by the limiter; returns its share of the wish."""
     n, limiter = int(program[slots.JOINTS]), int(program[slots.LIMITER])
-    share = slowed(program, desk, lower, upper, qdot, motion, change)
+    share = float(slowed(program, desk, lower, upper, qdot, motion, change))
     if share == 1.0 or limiter == slots.SCALING:
         return share
     if limiter == slots.SATURATION or limiter == slots.KEEPING:

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import math
+from typing import Any
+
+from numba.extending import overload
 
 from robust_ik.kernels.compiler.compiling import called
+from robust_ik.kernels.compiler.simd_lanes import LANES
 from robust_ik.kernels.compiler.stack_memory import ONE, Pointer, Sizes, further, stack
 from robust_ik.kernels.control import control_layout as slots
 from robust_ik.kernels.control.jacobian_gradients import measure_gradient
@@ -15,6 +19,19 @@ SMALL = 1e-12
 """As `task_reconstruction.SMALL`."""
 DEPENDENT = 1e-6
 """As `kinematics.svd.DEPENDENT`."""
+
+
+def reconstructed(program: Pointer, desk: Pointer, level: int, width: Sizes) -> None:
+    """`reconstructed_motion`, for a single run: runs side by side have no such levels."""
+    raise NotImplementedError
+
+
+@overload(reconstructed, strict=False)
+def _reconstructed(program: Any, desk: Any, level: Any, width: Any) -> Any:
+    def alone(program: Pointer, desk: Pointer, level: int, width: Sizes) -> None:
+        reconstructed_motion(program, desk, level, width)
+
+    return (lambda program, desk, level, width: None) if desk.dtype == LANES else alone
 
 
 @called
@@ -33,7 +50,7 @@ def reconstructed_motion(program: Pointer, desk: Pointer, level: int, width: Siz
     for c in range(n):
         motion[c] = 0.0
     if found[slots.RANK] > 0.0:
-        filtered(program, record, U, s, Vt, count, own[0], wanted, motion)
+        filtered(program, record, U, s, Vt, count, own, wanted, motion)
     if program[slots.COMPENSATED] > 0.0 and level > 0:
         spare(program, desk, level, motion)
     project(program, desk, level, motion)
@@ -74,7 +91,7 @@ def reconstruct(program: Pointer, desk: Pointer, level: int, wanted: Pointer) ->
     U, Vt = further(desk, int(record[slots.LEFT])), further(desk, int(record[slots.RIGHT]))
     effect, gains, size, rate, drift = stack(0.0, ONE, VECTOR), stack(0.0, ONE, VECTOR), 0.0, 0.0, 0.0
     s, own = further(desk, int(record[slots.SIGMA])), further(desk, int(record[slots.OWN]))
-    fill_gains(program, record, s, count, own[0], gains)
+    fill_gains(program, record, s, count, own, gains)
     for r in range(m):
         effect[r] = 0.0
     for i in range(count):

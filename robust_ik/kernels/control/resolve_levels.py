@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from robust_ik.kernels.compiler.compiling import called
+from robust_ik.kernels.compiler.compiling import called, inlined
+from robust_ik.kernels.compiler.simd_lanes import Number, where
 from robust_ik.kernels.compiler.stack_memory import ONE, Pointer, Sizes, further, stack
 from robust_ik.kernels.control import control_layout as slots
 from robust_ik.kernels.control.level_fit import fit, largest_step, slowed
@@ -17,14 +18,14 @@ from robust_ik.kernels.control.level_freedom import (
     steady,
 )
 from robust_ik.kernels.control.polyhedron_projection import dot
-from robust_ik.kernels.control.reconstructed_motion import reconstructed_motion
+from robust_ik.kernels.control.reconstructed_motion import reconstructed
 
 SHORT = 0.5e-9
 """A row below its floor by more than this is not kept; half of `bounds.CONTRADICTION`, as in `feasible_start`."""
 
 
-@called
-def clip(value: float, lower: float, upper: float) -> float:
+@inlined
+def clip(value: Number, lower: Number, upper: Number) -> Number:
     """The nearest value between the bounds."""
     return min(max(value, lower), upper)
 
@@ -49,10 +50,12 @@ def missing_of(program: Pointer, desk: Pointer, level: int, qdot: Pointer, missi
 
 
 @called
-def resolve_level(program: Pointer, desk: Pointer, level: int, given: bool, width: Sizes) -> bool:
-    """Moves QDOT on by what one level gets; False if its motion has to come from outside, and is not given yet."""
-    record, found, n = record_of(program, level), found_of(program, desk, level), int(program[slots.JOINTS])
-    qdot, motion = further(desk, int(program[slots.QDOT])), further(desk, int(program[slots.MOTION]))
+def wish(program: Pointer, desk: Pointer, level: int, given: bool, length: Pointer, width: Sizes) -> bool:
+    """Fills MOTION with what one level wants to add to QDOT, and `length` with ‖what it misses‖.
+
+    False if its motion has to come from outside, and is not given yet.
+    """
+    record, qdot = record_of(program, level), further(desk, int(program[slots.QDOT]))
     missing = further(desk, int(record[slots.MISSING]))
     if not given:
         reduce(program, desk, level, width)
@@ -60,41 +63,62 @@ def resolve_level(program: Pointer, desk: Pointer, level: int, given: bool, widt
         if record[slots.WAY] == slots.OUTSIDE:
             return False
         if record[slots.WAY] == slots.RECONSTRUCTED:
-            reconstructed_motion(program, desk, level, width)
+            reconstructed(program, desk, level, width)
         else:
             level_motion(program, desk, level, width)
     else:
-        project(program, desk, level, motion)
-    size = length_of(missing, int(record[slots.M]))
+        project(program, desk, level, further(desk, int(program[slots.MOTION])))
+    length[0] = length_of(missing, int(record[slots.M]))
     if program[slots.STEADY] > 0.0:
-        steady(program, desk, level, missing, size)
-    lower, upper = further(desk, int(program[slots.LONG_LOWER])), further(desk, int(program[slots.LONG_UPPER]))
-    change = stack(0.0, ONE, VECTOR)
-    share = fit(program, desk, level, lower, upper, qdot, program[slots.DT] * size, motion, change)
-    if program[slots.RISE] > 0.0:
-        share = eased(program, desk, level, motion, change, share)
-    found[slots.SHARE] = share
-    aim = further(desk, int(record[slots.AIM]))
-    for c in range(n):
-        qdot[c] = clip(qdot[c] + change[c], lower[c], upper[c])
-        aim[c] = qdot[c]
+        steady(program, desk, level, missing, length)
     return True
 
 
 @called
-def eased(program: Pointer, desk: Pointer, level: int, motion: Pointer, change: Pointer, share: float) -> float:
+def move_on(program: Pointer, desk: Pointer, level: int, change: Pointer) -> None:
+    """Moves QDOT on by the change that a level gets, slowed further if it has been stopped."""
+    qdot, motion = further(desk, int(program[slots.QDOT])), further(desk, int(program[slots.MOTION]))
+    lower, upper = further(desk, int(program[slots.LONG_LOWER])), further(desk, int(program[slots.LONG_UPPER]))
+    aim = further(desk, int(record_of(program, level)[slots.AIM]))
+    if program[slots.RISE] > 0.0:
+        ease(program, desk, level, motion, change)
+    for c in range(int(program[slots.JOINTS])):
+        qdot[c] = clip(qdot[c] + change[c], lower[c], upper[c])
+        aim[c] = qdot[c]
+
+
+@called
+def resolve_level(program: Pointer, desk: Pointer, level: int, given: bool, width: Sizes) -> bool:
+    """Moves QDOT on by what one level gets; False if its motion has to come from outside, and is not given yet."""
+    change, length = stack(0.0, ONE, VECTOR), stack(0.0, ONE, ONE)
+    if not wish(program, desk, level, given, length, width):
+        return False
+    qdot, motion = further(desk, int(program[slots.QDOT])), further(desk, int(program[slots.MOTION]))
+    lower, upper = further(desk, int(program[slots.LONG_LOWER])), further(desk, int(program[slots.LONG_UPPER]))
+    found_of(program, desk, level)[slots.SHARE] = fit(
+        program, desk, level, lower, upper, qdot, program[slots.DT] * length[0], motion, change
+    )
+    move_on(program, desk, level, change)
+    return True
+
+
+@called
+def ease(program: Pointer, desk: Pointer, level: int, motion: Pointer, change: Pointer) -> None:
     """Slows a level that has been stopped, so that its speed rises slowly; see `limiters.Eased`."""
-    n, speeds, largest = int(program[slots.JOINTS]), further(desk, int(program[slots.EASED])), 0.0
+    n, speeds, found = (
+        int(program[slots.JOINTS]),
+        further(desk, int(program[slots.EASED])),
+        found_of(program, desk, level),
+    )
+    largest, share = 0.0, found[slots.SHARE]
     for c in range(n):
         largest = max(largest, abs(motion[c]))
     most = speeds[level] + program[slots.RISE]
-    if share * largest > most:
-        slower = most / (share * largest)
-        for c in range(n):
-            change[c] *= slower
-        share *= slower
-    speeds[level] = INFINITE if share == 1.0 else share * largest
-    return share
+    slower = where(share * largest > most, most / (share * largest), 1.0)
+    for c in range(n):
+        change[c] *= slower
+    found[slots.SHARE] = share * slower
+    speeds[level] = where(found[slots.SHARE] >= 1.0, INFINITE, found[slots.SHARE] * largest)
 
 
 EVEN = 1 + 1e-12
@@ -204,6 +228,29 @@ def reached(program: Pointer, desk: Pointer, level: int, aim: Pointer, start: Po
 
 
 @called
+def begin(program: Pointer, desk: Pointer) -> None:
+    """Puts QDOT where the levels begin: at rest, or as near to it as the bounds allow."""
+    qdot = further(desk, int(program[slots.QDOT]))
+    lower, upper = further(desk, int(program[slots.LONG_LOWER])), further(desk, int(program[slots.LONG_UPPER]))
+    for c in range(int(program[slots.JOINTS])):
+        qdot[c] = clip(0.0, lower[c], upper[c])
+
+
+@called
+def hurry(program: Pointer, desk: Pointer) -> bool:
+    """Replaces QDOT by what acceleration limits allow of it; False if its start does not keep the bounds' rows."""
+    n, qdot = int(program[slots.JOINTS]), further(desk, int(program[slots.QDOT]))
+    lower, upper = further(desk, int(program[slots.LOWER])), further(desk, int(program[slots.UPPER]))
+    last = further(desk, int(program[slots.LAST]))
+    for c in range(n):
+        qdot[c] = clip(last[c], lower[c], upper[c])
+    kept = keeps_rows(program, desk, qdot)
+    if kept:
+        ramp(program, desk)
+    return kept
+
+
+@called
 def resolve(program: Pointer, desk: Pointer, first: int, given: bool, width: Sizes) -> int:
     """Resolves the levels from `first` on, then ramps; returns a status.
 
@@ -216,25 +263,16 @@ def resolve(program: Pointer, desk: Pointer, first: int, given: bool, width: Siz
         given: Whether MOTION holds the motion of that level.
         width: At least the number of joints, and of rows of every level.
     """
-    n, levels = int(program[slots.JOINTS]), int(program[slots.LEVELS])
-    qdot = further(desk, int(program[slots.QDOT]))
+    levels, qdot = int(program[slots.LEVELS]), further(desk, int(program[slots.QDOT]))
     if first == 0 and not given:
-        lower, upper = further(desk, int(program[slots.LONG_LOWER])), further(desk, int(program[slots.LONG_UPPER]))
-        for c in range(n):
-            qdot[c] = clip(0.0, lower[c], upper[c])
+        begin(program, desk)
         if not keeps_rows(program, desk, qdot):
             return slots.UNCERTAIN
     for level in range(first, levels):
         if not resolve_level(program, desk, level, given and level == first, width):
             return slots.WANTS_MOTION + level
-    if program[slots.HURRIED] > 0.0:
-        lower, upper = further(desk, int(program[slots.LOWER])), further(desk, int(program[slots.UPPER]))
-        last = further(desk, int(program[slots.LAST]))
-        for c in range(n):
-            qdot[c] = clip(last[c], lower[c], upper[c])
-        if not keeps_rows(program, desk, qdot):
-            return slots.UNCERTAIN
-        ramp(program, desk)
+    if program[slots.HURRIED] > 0.0 and not hurry(program, desk):
+        return slots.UNCERTAIN
     for level in range(levels):
         missing_of(program, desk, level, qdot, further(desk, int(record_of(program, level)[slots.RESIDUAL])))
     return slots.DONE

@@ -67,7 +67,7 @@ def wish(program: Pointer, desk: Pointer, free: Pointer, metric: Pointer, width:
     """Fills in the velocities without bounds, and the cost of others; each level's numbers are those in its freedom."""
     n, levels = int(program[slots.JOINTS]), int(program[slots.LEVELS])
     R, x, motion = stack(0.0, ONE, MATRIX), stack(0.0, ONE, VECTOR), further(desk, int(program[slots.MOTION]))
-    total, floor = 0.0, 0.0
+    total, floor, size = 0.0, 0.0, stack(0.0, ONE, ONE)
     for level in range(levels):
         record = record_of(program, level)
         J = further(desk, int(record[slots.JACOBIAN]))
@@ -83,16 +83,17 @@ def wish(program: Pointer, desk: Pointer, free: Pointer, metric: Pointer, width:
         reduce_to(program, desk, level, n, width)
         U, s = further(desk, int(record[slots.LEFT])), further(desk, int(record[slots.SIGMA]))
         Vt, wanted = further(desk, int(record[slots.RIGHT])), further(desk, int(record[slots.X]))
+        own = further(desk, int(record[slots.OWN]))
         for c in range(n):
             motion[c] = 0.0
         if found[slots.RANK] > 0.0:
-            filtered(program, record, U, s, Vt, int(found[slots.COUNT]), s[0], wanted, motion)
-        size = length_of(wanted, int(record[slots.M]))
+            filtered(program, record, U, s, Vt, int(found[slots.COUNT]), own, wanted, motion)
+        size[0] = length_of(wanted, int(record[slots.M]))
         if program[slots.STEADY] > 0.0:
             steady(program, desk, level, wanted, size)
         weight = record[slots.LEVEL_WEIGHT]
         add_rows(further(desk, int(record[slots.JACOBIAN])), int(record[slots.M]), n, math.sqrt(weight), motion, R, x)
-        floor = max(floor, add_cost(program, desk, level, weight, program[slots.DT] * size, metric))
+        floor = max(floor, add_cost(program, desk, level, weight, program[slots.DT] * size[0], metric))
         if level > 0:
             reduce(program, desk, level, width)
     for c in range(n):

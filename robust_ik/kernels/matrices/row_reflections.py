@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 
 from robust_ik.kernels.compiler.compiling import called, inlined
+from robust_ik.kernels.compiler.simd_lanes import Number, where
 from robust_ik.kernels.compiler.stack_memory import ONE, Pointer, Sizes, by_eights, stack
 
 UNEVEN = 30.0
@@ -21,17 +22,16 @@ SMALL = 1e-200
 
 
 @called
-def uneven(J: Pointer, m: int, n: int, along_columns: bool) -> bool:
-    """Whether the columns of J, (m, n), else its rows, are of very different sizes; zero ones do not count."""
+def unevenness(J: Pointer, m: int, n: int, along_columns: bool) -> Number:
+    """More than 0 if the columns of J, (m, n), else its rows, are of very different sizes; zero ones do not count."""
     outer, inner = (n, m) if along_columns else (m, n)
     least, most = math.inf, 0.0
     for c in range(outer):
         largest = 0.0
         for r in range(inner):
             largest = max(largest, abs(J[r * n + c] if along_columns else J[c * n + r]))
-        if largest > 0.0:
-            least, most = min(least, largest), max(most, largest)
-    return most > UNEVEN * least
+        least, most = where(largest > 0.0, min(least, largest), least), max(most, largest)
+    return most - UNEVEN * least
 
 
 @called

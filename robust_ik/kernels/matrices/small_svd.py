@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from typing import Any
+
+from numba.extending import overload
 
 from robust_ik.checks import Array
 from robust_ik.kernels.compiler.compiling import called, filled, given, inlined, kernel
-from robust_ik.kernels.compiler.simd_lanes import COUNT, Number, spread
+from robust_ik.kernels.compiler.simd_lanes import COUNT, LANES, Number, spread, where
 from robust_ik.kernels.compiler.stack_memory import (
     NONE,
     ONE,
@@ -22,7 +25,7 @@ from robust_ik.kernels.compiler.stack_memory import (
     stack,
 )
 from robust_ik.kernels.matrices.jacobi_rotations import ALL, dot, orthogonalise
-from robust_ik.kernels.matrices.row_reflections import triangulate, uneven
+from robust_ik.kernels.matrices.row_reflections import triangulate, unevenness
 
 TINY = 1e-280
 """Squared length below which the length of a row is computed anew, since its squares may have underflowed."""
@@ -72,28 +75,38 @@ def complete(rows: Pointer, known: int, count: int, n: int, width: Sizes) -> Non
     """Appends orthonormal rows of length n: each is the part of a unit vector that is orthogonal to the rows before."""
     P = len(width)
     for r in range(known, count):
-        best, most = 0, -1.0
+        best, most = 0.0, -1.0
         for k in range(n):
             new = 1.0
             for i in range(r):
                 new -= rows[i * P + k] * rows[i * P + k]
-            if new > most:
-                best, most = k, new
+            best, most = where(new > most, float(k), best), where(new > most, new, most)
         for c in range(P):
-            rows[r * P + c] = 0.0
-        rows[r * P + best] = 1.0
+            rows[r * P + c] = where((best >= float(c)) & (best <= float(c)), 1.0, 0.0)
         for _ in range(2):
             for i in range(r):
                 add_row(rows, r, -dot(rows, i, r, width), i, width)
             add_row(rows, r, 1.0 / math.sqrt(dot(rows, r, r, width)) - 1.0, r, width)
 
 
-@inlined
-def add_row(rows: Pointer, r: int, factor: float, i: int, width: Sizes) -> None:
+def add_row(rows: Pointer, r: int, factor: Number, i: int, width: Sizes) -> None:
     """Adds a multiple of row i to row r."""
-    eights, P = by_eights(rows), len(width) // 8
-    for c in range(P):
-        eights[r * P + c] = eights[r * P + c] + factor * eights[i * P + c]
+    raise NotImplementedError
+
+
+@overload(add_row, strict=False, inline="always")
+def _add_row(rows: Any, r: Any, factor: Any, i: Any, width: Any) -> Any:
+    def one_by_one(rows: Pointer, r: int, factor: Number, i: int, width: Sizes) -> None:
+        P = len(width)
+        for c in range(P):
+            rows[r * P + c] = rows[r * P + c] + factor * rows[i * P + c]
+
+    def by_row(rows: Pointer, r: int, factor: Number, i: int, width: Sizes) -> None:
+        eights, P = by_eights(rows), len(width) // 8
+        for c in range(P):
+            eights[r * P + c] = eights[r * P + c] + factor * eights[i * P + c]
+
+    return one_by_one if rows.dtype == LANES else by_row
 
 
 @inlined
@@ -111,6 +124,12 @@ def scale(J: Pointer, size: int) -> float:
     largest = 0.0
     for i in range(size):
         largest = max(largest, abs(J[i]))
+    return above(largest)
+
+
+@called
+def above(largest: float) -> float:
+    """The power of two above a number, within reason; 1 for 0."""
     return math.ldexp(1.0, max(min(math.frexp(largest)[1], 1000), -1000)) if largest > 0.0 else 1.0
 
 
@@ -165,7 +184,7 @@ def decompose_some(
     if Q > 0:
         for i in range(k):
             along[i * Q + i] = zero + 1.0
-    if L == 1 and uneven(J, m, n, wide):
+    if L == 1 and unevenness(J, m, n, wide) > 0.0:
         triangulate(A, C, k, long, width, carried)
     orthogonalise(rows, along, k, width, carried, norms, ALL, zero)
     for lane in range(count):
@@ -226,7 +245,7 @@ def decompose(J: Array, U: Array, s: Array, Vt: Array, width: Sizes, carried: Si
             further(to_Vt, begin * right * n), m, n, right, some, width, carried, spread(0.0),
         )  # fmt: skip
         for e in range(begin, begin + some):
-            if uneven(further(from_J, e * m * n), m, n, m <= n):
+            if unevenness(further(from_J, e * m * n), m, n, m <= n) > 0.0:
                 decompose_some(
                     further(from_J, e * m * n), further(to_U, e * m * k), further(to_s, e * k),
                     further(to_Vt, e * right * n), m, n, right, 1, width, carried, 0.0,
