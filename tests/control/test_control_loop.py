@@ -318,6 +318,10 @@ COMPANY = {
     "scaling": (ROBOT, rik.TaskPriority(JPARSE, rik.Scaling()), [[frame(ROBOT)], [posture(ROBOT)]], {}),
     "ranks": (UR5, None, [[frame(UR5)], [posture(UR5)]], {}),
     "pseudo-inverse": (UR5, rik.TaskPriority(rik.MoorePenrose()), [[frame(UR5)], [posture(UR5)]], {}),
+    "stopped": (
+        UR5, rik.TaskPriority(JPARSE, rik.Scaling()),
+        [[rik.FrameTask(UR5.pose(STRAIGHT))], [rik.PostureTask(UR5.rest, gain=50.0)]], {},
+    ),
     "decoupled": (UR5, rik.DecoupledPriority(JPARSE), [[frame(UR5, rows=("x", "wz"))], [posture(UR5)]], {}),
     "three levels": (
         ROBOT, None, [[rik.PositionTask(GOAL[:3, 3])], [rik.OrientationTask(GOAL[:3, :3])], [posture(ROBOT)]], {},
