@@ -63,7 +63,7 @@ PROGRAMS = {
     "a controller's step": "c = rik.VelocityController(r); c.step(r.rest, [[rik.FrameTask(r.pose(r.rest))]], 0.01)",
     "a loop's step": "rik.ControlLoop(rik.VelocityController(r), [[rik.FrameTask(r.pose(r.rest))]], 0.01).step(r.rest)",
     "a stepper's step": "s = rik.Stepper(r, rik.JParse()); assert s.compiled; s.step(r.rest, np.ones(6))",
-    "a pose": "assert r.solve_pose(r.pose(r.rest), r.rest).found",
+    "a pose": "assert r.solve_pose(r.pose(r.rest), r.rest).solved",
     "kinematics of many": "r.jacobian(np.stack([r.rest] * 20))",
 }
 
