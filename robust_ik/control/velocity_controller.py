@@ -238,8 +238,8 @@ class VelocityController:
         for share in (1.0, *SHARES):
             qdot = np.clip(share * found.qdot, bounds.lower, bounds.upper)
             tighter = self.compiled.tightened(q, qdot, dt, bounds)
+            missed = bounds.rows @ qdot < bounds.floor - CONTRADICTION
             if tighter is None:
-                missed = bounds.rows @ qdot < bounds.floor - CONTRADICTION
                 return self._verdict(problem, qdot, share * found.scale, found, missed)
             count = len(bounds.floor)
             more = tighter.floor - tighter.rows @ qdot
@@ -247,7 +247,7 @@ class VelocityController:
             names = {*(bounds.row_cause[row] for row in raised), *tighter.row_cause[count:]}
             asked = float(np.max(np.r_[more[raised], more[count:]], initial=0.0))
             if asked < LESS * least:
-                broken = np.array([cause in names for cause in bounds.row_cause], dtype=bool)
+                broken = missed | np.array([cause in names for cause in bounds.row_cause], dtype=bool)
                 least, best = asked, (share, qdot, broken)
         share, qdot, broken = best
         return self._verdict(problem, qdot, share * found.scale, found, broken)

@@ -124,3 +124,20 @@ def test_where_nothing_keeps_a_limit_the_motion_that_breaks_it_least_is_made():
     assert np.abs(step.qdot).max() < 0.02
     assert step.status is rik.Status.INFEASIBLE
     assert set(step.contradictions) == {"one", "two"}
+
+
+class AskedToMove(NeverKept):
+    """One of its rows asks for motion, the other is broken the less the slower a step is."""
+
+    def bounds(self, robot, q, previous, dt):
+        return Bounds.of_rows(np.eye(2), np.array([0.5, -100.0]), ("one", "two"))
+
+    def tightened(self, robot, q, qdot, dt, bounds):
+        return replace(bounds, floor=np.array([bounds.floor[0], qdot[1] + 0.01 + np.abs(qdot).max()]))
+
+
+def test_rows_that_a_slower_motion_misses_are_named():
+    controller = rik.VelocityController(planar(), rik.JParse(), limits=AskedToMove())
+    step = controller.step(np.array([0.3, 0.4]), rik.PostureTask([1.0, 1.0]), 0.01)
+    assert step.qdot[0] < 0.4
+    assert set(step.contradictions) == {"one", "two"}

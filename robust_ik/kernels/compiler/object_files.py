@@ -1,8 +1,8 @@
 """Compiles a function, and all that it calls, to one object file.
 
-Numba assembles each function that compiled code calls, although a kernel links their intermediate code and calls none
-of that machine code. Here nothing but the whole is assembled. What is linked is optimised as always: left as it is, it
-crashed on processors without AVX.
+Numba optimises each function together with all that it calls, and assembles it, although a kernel links their
+intermediate code and calls none of that machine code. Here nothing but the whole is assembled. Nor is anything else
+optimised, which halves the time, on processors with AVX: on others, code that was left as it is crashed.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from numba.core.compiler_lock import global_compiler_lock
 from robust_ik.kernels.compiler.numba_mathematics import write_frexp, write_ldexp
 from robust_ik.kernels.loader.kernel_store import Made
 from robust_ik.kernels.loader.machine_code import ENTRY, MARK, address_in_process
+from robust_ik.kernels.loader.target import processor
 
 HELPER: dict[str, Any] = {
     "error_model": "numpy",
@@ -42,11 +43,15 @@ def compiled(function: Callable[..., Any], signature: Any, entry: Entry, *, make
         entry: Writes what is called from outside.
         makes_arrays: Whether it may make arrays; a process that runs machine code that does imports Numba.
     """
-    with global_compiler_lock, _only_linked():
-        dispatcher = numba.njit(**{**HELPER, "_nrt": makes_arrays})(function)
-        dispatcher.compile(signature)
+    at_once = "+avx" in processor()[2].split(",")
+    with global_compiler_lock:
+        dispatcher = numba.njit(**HELPER)(function)
+        with _only_linked(at_once):
+            dispatcher.compile(signature)
         (result,) = dispatcher.overloads.values()
         library = result.library
+        if at_once:
+            library._optimize_final_module()  # noqa: SLF001
         written = library.codegen.create_library(ENTRY).create_ir_module(ENTRY)
         entry(result.target_context, written, result)
         write_frexp(written)
@@ -95,10 +100,10 @@ def _why_fixed(library: Any) -> str | None:
 
 
 @contextmanager
-def _only_linked() -> Iterator[None]:
-    """While this is open, Numba assembles nothing.
+def _only_linked(at_once: bool) -> Iterator[None]:
+    """While this is open, Numba assembles nothing, and optimises no function with what it calls if that is for the end.
 
-    It replaces two methods of Numba's compiler for that time; Numba's compiler lock is held by then.
+    It replaces methods of Numba's compiler for that time; Numba's compiler lock is held by then.
     """
     set_environment = JITCPUCodegen.set_env
 
@@ -106,10 +111,15 @@ def _only_linked() -> Iterator[None]:
         library._finalize_dynamic_globals()  # noqa: SLF001
         library._finalized = True  # noqa: SLF001
 
-    JITCodeLibrary._finalize_final_module = finished  # noqa: SLF001
+    replaced = {"_finalize_final_module": finished}
+    if at_once:
+        replaced["_optimize_final_module"] = lambda library: None
+    for name, method in replaced.items():
+        setattr(JITCodeLibrary, name, method)
     JITCPUCodegen.set_env = lambda codegen, name, environment: None  # there is no variable to set in memory
     try:
         yield
     finally:
-        del JITCodeLibrary._finalize_final_module  # the class inherits its own  # noqa: SLF001
+        for name in replaced:
+            delattr(JITCodeLibrary, name)  # the class inherits its own
         JITCPUCodegen.set_env = set_environment
