@@ -71,7 +71,7 @@ def test_its_steps_are_those_of_the_controller(resolver, limits):
         np.testing.assert_array_equal(run_of_loop(loop, 40), run_of(controller, stack, 40))
         controller.reset()
         assert loop.report.status in rik.Status
-    plain = resolver in ("default", "saturation") and "collisions" not in limits
+    plain = resolver in ("default", "saturation", "hessians", "weighted") and "collisions" not in limits
     assert rik.ControlLoop(controller, STACK, DT).compiled == plain
 
 

@@ -9,6 +9,7 @@ import pytest
 
 import robust_ik as rik
 from robust_ik.control.bounds import Bounds
+from robust_ik.control.compiled_loop.compiled_steps import CompiledSteps
 from robust_ik.control.resolvers import priority_resolver
 from robust_ik.simulation.scenarios import method_tables
 from tests import soak
@@ -55,6 +56,12 @@ def spoil(monkeypatch, change):
         return change(problem, resolve(self, problem))
 
     monkeypatch.setattr(priority_resolver.PriorityResolver, "resolve", spoilt)
+    by_numpy(monkeypatch)
+
+
+def by_numpy(monkeypatch):
+    """Lets NumPy make every step."""
+    monkeypatch.setattr(CompiledSteps, "step", lambda *_: None)
 
 
 def changed(resolution, **values):
@@ -88,6 +95,7 @@ def test_the_soak_finds_a_broken_promise(monkeypatch, promise):
 
 
 def test_the_soak_finds_joints_that_do_not_brake(monkeypatch):
+    by_numpy(monkeypatch)
     monkeypatch.setattr("robust_ik.control.limits.joint_limits.braking_speed", lambda room, *_: np.full_like(room, 9.0))
     with pytest.raises(AssertionError, match="^position"):
         soak.soak([rik.load("panda")], 3_000, seed=1)

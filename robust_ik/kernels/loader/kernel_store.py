@@ -147,7 +147,8 @@ def _keep(name: str, file: str, made: Made) -> None:
 
 def name_of(function: Callable[..., Any]) -> str:
     """The function's module, without its packages, and its name."""
-    return f"{function.__module__.rpartition('.')[2]}.{function.__qualname__}".replace("<locals>", "_")
+    module = function.__module__ or ""  # None for a function of a text that is executed
+    return f"{module.rpartition('.')[2]}.{function.__qualname__}".replace("<locals>", "_")
 
 
 def sources_of(function: Callable[..., Any], types: str) -> bytes | None:
