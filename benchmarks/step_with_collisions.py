@@ -8,16 +8,14 @@ includes kinematics and distances. See benchmarks/peers/README.md.
 
 from __future__ import annotations
 
-from contextlib import ExitStack
-from dataclasses import dataclass, field
-
 import numpy as np
 
 import robust_ik as rik
 from benchmarks import solid_arm
-from benchmarks.environments import CACHE, Peer, UnavailableError, progress
+from benchmarks.environments import CACHE
 from benchmarks.peers.collision_pairs import KeptApart
 from benchmarks.peers.timing import Work
+from benchmarks.step_turns import Contender, rows_of, take_turns
 from benchmarks.tables import markdown, parser, publish
 
 DT, AHEAD = 0.01, 0.05
@@ -29,23 +27,6 @@ POST = rik.Obstacle(
 )
 """Beside the way of the hand."""
 COLUMNS = ("system", "a step [µs]", "ratio to ours", "p99 [µs]", "nearest after [mm]", "what it does")
-
-
-@dataclass(frozen=True)
-class Contender:
-    """A row of the table.
-
-    Attributes:
-        name: What the row says.
-        script: File in benchmarks/peers, without `_step.py`; also the environment and its requirements.
-        what: How it keeps pairs apart.
-        options: Of the script.
-    """
-
-    name: str
-    script: str
-    what: str
-    options: tuple[str, ...] = ()
 
 
 CONTENDERS = (
@@ -91,35 +72,10 @@ def motion(steps: int) -> tuple[rik.Robot, rik.CollisionLimit, Work]:
     return robot, limit, work
 
 
-@dataclass
-class Result:
-    """What one contender made of the work.
-
-    Attributes:
-        times: CPU time of a step, µs, once a round.
-        tails: The 99 % quantiles of the wall time, µs.
-        nearest: The least distance after a step, m.
-    """
-
-    times: list[float] = field(default_factory=list)
-    tails: list[float] = field(default_factory=list)
-    nearest: float = np.inf
-
-    def ratio(self, other: Result) -> float:
-        """The median of the ratios to another's times in the same rounds."""
-        return float(np.median(np.divide(self.times, other.times)))
-
-
 def nearest(robot: rik.Robot, limit: rik.CollisionLimit, q: np.ndarray, qdot: np.ndarray) -> float:
     """The least distance of any pair after any of the steps, m."""
     ends = robot.integrate(q, DT * qdot)
     return min(limit.distances(robot, end)[0].distance for end in ends)
-
-
-def row(contender: Contender, version: str, result: Result, ours: Result | None) -> tuple[str, ...]:
-    ratio = f"{result.ratio(ours):.2g}" if ours else "–"
-    cells = [f"{np.median(result.times):.0f}", ratio, f"{np.median(result.tails):.0f}", f"{1e3 * result.nearest:.1f}"]
-    return (f"{contender.name} {version}", *cells, contender.what)
 
 
 def main() -> None:
@@ -128,33 +84,13 @@ def main() -> None:
     options.add_argument("--rounds", type=int, default=9, help="in which all systems take turns")
     arguments = options.parse_args()
     robot, limit, work = motion(arguments.steps)
-    file = work.save(CACHE / "collisions.npz")
-    results = {contender: Result() for contender in CONTENDERS}
-    failures: dict[Contender, tuple[str, ...]] = {}
-    running: dict[Contender, Peer] = {}
-    with ExitStack() as stack:
-        for contender in CONTENDERS:
-            try:
-                running[contender] = stack.enter_context(Peer(contender.script, "step", file, contender.options))
-            except UnavailableError as error:
-                failures[contender] = (contender.name, *("–",) * 4, str(error))
-        for number in range(arguments.rounds):
-            progress.print(f"round {number + 1} of {arguments.rounds}")
-            for contender in (each for each in CONTENDERS if each not in failures):
-                try:
-                    done, result = running[contender].round(), results[contender]
-                except UnavailableError as error:
-                    failures[contender] = (contender.name, *("–",) * 4, str(error))
-                    continue
-                result.times.append(done.cpu_us)
-                result.tails.append(float(np.quantile(done.us, 0.99)))
-                if number == 0:
-                    result.nearest = min(result.nearest, nearest(robot, limit, work.q, np.asarray(done.answers)))
-        versions = {
-            contender: peer.hello["version"] for contender, peer in running.items() if contender not in failures
-        }
-    ours = None if CONTENDERS[0] in failures else results[CONTENDERS[0]]
-    rows = [failures.get(each) or row(each, versions[each], results[each], ours) for each in CONTENDERS]
+    cells: dict[Contender, list[str]] = {}
+
+    def judge(contender: Contender, qdot: np.ndarray) -> None:
+        cells[contender] = [f"{1e3 * nearest(robot, limit, work.q, qdot):.1f}"]
+
+    found = take_turns(CONTENDERS, "step", work.save(CACHE / "collisions.npz"), arguments.rounds, judge)
+    rows = rows_of(found, cells, 4)
     publish(markdown(COLUMNS, rows, text_last=True), "speed.md", "step_with_collisions", write=arguments.write)
 
 

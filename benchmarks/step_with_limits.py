@@ -15,6 +15,7 @@ import robust_ik as rik
 from benchmarks.chains import Chain
 from benchmarks.environments import CACHE, Peer, UnavailableError, progress
 from benchmarks.peers.timing import Work
+from benchmarks.step_turns import Contender
 from benchmarks.tables import markdown, parser, publish
 from benchmarks.works import arm, work_of
 
@@ -27,23 +28,6 @@ COLUMNS = (
     "system", "far [µs]", "ratio to ours", "at a limit", "near [µs]", "ratio to ours", "at a limit", "limits kept",
     "what it does",
 )  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Contender:
-    """A row of the table.
-
-    Attributes:
-        name: What the row says.
-        script: File in benchmarks/peers, without `_step.py`; also the environment and its requirements.
-        what: How it resolves priorities and limits.
-        options: Of the script.
-    """
-
-    name: str
-    script: str
-    what: str
-    options: tuple[str, ...] = ()
 
 
 CONTENDERS = (
