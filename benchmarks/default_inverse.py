@@ -3,7 +3,7 @@
 `python -m benchmarks.default_inverse` runs pairs of `benchmarks.closed_loop` with inverses of several thresholds and
 dampings, within joint limits: exact ones to see who arrives, and others with noise of what is measured and actuators
 that lag behind, within limits and without, to see who shakes. A stiffer inverse arrives more often and shakes sooner.
-All are steady, as the default is (`TaskPriority(steady=True)`).
+All are steady, as the default is (`TaskPriority(steady=True)`), and none is calmed, as the default would be.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def servo(inverse: rik.RobustInverse, loop: Loop, *, limited: bool = True, accel
     """A controller as `benchmarks.closed_loop` runs it."""
     robot = robot_of(loop)
     limits = [rik.JointLimits.of(robot, acceleration=acceleration)] if limited else ()
-    return Servo(*parts(robot, rik.TaskPriority(inverse, steady=True), limits, loop))
+    return Servo(*parts(robot, rik.TaskPriority(inverse, steady=True), limits, loop, calm=False))
 
 
 def shakes(qdot: np.ndarray, dt: float) -> bool:

@@ -37,7 +37,7 @@ def regular(inverse: rik.RobustInverse) -> list[float]:
     # What feedback alone lags behind a moving target is the same for all: the pseudo-inverse's is taken off.
     def error(each: rik.RobustInverse) -> np.ndarray:
         motion = rik.Follow(circle, gain=10)
-        return rik.simulate(robot, each, motion, robot.rest, duration=6, dt=0.01, limits=()).error[100:, :3]
+        return rik.simulate(robot, each, motion, robot.rest, duration=6, dt=0.01, limits=(), calm=False).error[100:, :3]
 
     return [1e3 * float(np.linalg.norm(error(inverse) - error(rik.MoorePenrose()), axis=-1).max())]
 
@@ -70,7 +70,9 @@ def _through_wrist(inverse: rik.RobustInverse, name: str, q: np.ndarray) -> rik.
         return q + np.array([0.1, 0, 0, 0, -0.4, 0]) * np.clip(t / 2 - 1, -1, 1)
 
     path: Target = lambda t: robot.pose(joints(t))  # noqa: E731
-    return rik.simulate(robot, inverse, rik.Follow(path, gain=10), joints(0), duration=6, dt=0.01, limits=())
+    return rik.simulate(
+        robot, inverse, rik.Follow(path, gain=10), joints(0), duration=6, dt=0.01, limits=(), calm=False
+    )
 
 
 def measure(motions: tuple[Callable[[rik.RobustInverse], list[float]], ...]) -> list[tuple[str, ...]]:

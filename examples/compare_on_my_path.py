@@ -30,7 +30,8 @@ def path(time):
 
 
 methods = (rik.JParse(), rik.DampedLeastSquares(), rik.Chiaverini(), rik.MoorePenrose())
-runs = [rik.simulate(robot, each, rik.Follow(path, gain=5.0), q, duration=times[-1]) for each in methods]
+follow = rik.Follow(path, gain=5.0)
+runs = [rik.simulate(robot, each, follow, q, duration=times[-1], calm=False) for each in methods]  # as they are
 for each, run in zip(methods, runs):
     print(f"{type(each).__name__:<20} peak {run.largest_speed:6.2f} rad/s, least σ {run.smallest_sigma:.1e}")
 print(write_html("compared.html", runs, title="My path"))

@@ -79,7 +79,7 @@ def kept_run(robot, rng, limits, near, resolver, q, stack, steps):
     bends = Bends(controller)
     for _ in range(steps):
         bends.seen = False
-        before, driver = controller.qdot, copy.deepcopy(controller._driver)
+        before, driver, noted = controller.qdot, copy.deepcopy(controller._driver), controller.calming.memory.copy()
         step = controller.step(q, stack, dt)
         where = f"{robot.name}, {resolver}, q={q!r}"
         assert np.isfinite(step.qdot).all(), f"not finite: {where}"
@@ -98,14 +98,15 @@ def kept_run(robot, rng, limits, near, resolver, q, stack, steps):
         assert (step.status is rik.Status.INFEASIBLE) == bool(step.contradictions), f"status: {where}"
         assert ((step.scale >= 0) & (step.scale <= 1)).all(), f"shares: {where}"
         assert step.text.startswith(step.status.name.lower()), f"text: {where}"
-        # What a collision limit asks for on seeing where the whole step ends depends on lower levels, too.
+        # What a collision limit asks for on seeing where a whole step ends depends on the levels in it.
         if resolver in STRICT and len(stack) > 1 and rng.random() < CHECKED and not bends.seen:
             first = rik.VelocityController(robot, resolver, strongest_first)
             first.reset(before)
-            first._driver = driver  # with what it remembers
+            first._driver, first.calming.memory[:], bends_alone = driver, noted, Bends(first)  # with what it remembers
             alone = first.step(q, stack[:1], dt)
-            assert np.abs(step.residual - alone.residual).max() <= TOLERANCE, f"first level: {where}"
-            assert abs(step.scale[0] - alone.scale[0]) <= 1e-6, f"scale of the first level: {where}"
+            if not bends_alone.seen:
+                assert np.abs(step.residual - alone.residual).max() <= TOLERANCE, f"first level: {where}"
+                assert abs(step.scale[0] - alone.scale[0]) <= 1e-6, f"scale of the first level: {where}"
         yield step.status
         q = after
 
@@ -232,16 +233,14 @@ LOOPS = 50
 """Whole motions that one process takes at a time."""
 
 
-def loops(count, seed):
+def loops(count, seed, surroundings=closed_loop.SURROUNDINGS):
     """How many motions of so many came to rest, arrived, still moved when time was up, and what shook or broke."""
     rng, counts, broken = np.random.default_rng(seed), Counter(), []
     for _ in range(count):
-        draw = closed_loop.draw(rng)
+        draw = closed_loop.draw(rng, surroundings=surroundings)
         ending = closed_loop.run(draw)
-        if closed_loop.shakes_within_limits(draw, ending):
+        if ending.chatters:
             broken.append(f"shakes at {ending.speed:.3g}: {draw}")
-        elif ending.chatters:
-            counts["shake without limits, too: the inverse in steps this long"] += 1
         elif ending.error < ARRIVED:
             counts["arrived"] += 1
         elif draw.noisy or ending.speed < closed_loop.REST:
@@ -272,19 +271,21 @@ def soak_steps(wanted, seed, pool):
         print(f"  {status.name.lower():<11}{count:>10,}")
 
 
-def soak_loops(wanted, seed, pool):
+def soak_loops(wanted, seed, pool, surroundings):
     """The number of motions that shook or left the limits."""
     sizes = [min(LOOPS, wanted - done) for done in range(0, wanted, LOOPS)]
     counts, broken, started = Counter(), [], time.perf_counter()
     with Progress() as bar:
         task = bar.add_task("motions", total=wanted)
-        for size, found in zip(sizes, pool.map(loops, sizes, np.random.SeedSequence(seed).spawn(len(sizes)))):
+        seeds = np.random.SeedSequence(seed).spawn(len(sizes))
+        for size, found in zip(sizes, pool.map(loops, sizes, seeds, itertools.repeat(surroundings))):
             counts.update(found[0])
             broken += found[1]
             bar.update(task, advance=size)
     seconds = time.perf_counter() - started
     print(
-        f"{wanted:,} motions of {len(closed_loop.ARMS)} arms in {seconds:.0f} s, {len(broken)} shook or left the limits"
+        f"{wanted:,} motions of {len(closed_loop.ARMS)} arms ({', '.join(surroundings)}) in {seconds:.0f} s, "
+        f"{len(broken)} shook or left the limits"
     )
     for name, count in counts.most_common():
         print(f"  {count:>10,} {name}")
@@ -349,6 +350,10 @@ def main():
     parser.add_argument("--steps", type=int, default=1_000_000)
     parser.add_argument("--prepared", type=int, default=10_000_000, help="steps of prepared loops, many side by side")
     parser.add_argument("--loops", type=int, default=20_000, help="whole motions")
+    parser.add_argument(
+        "--surroundings", nargs="+", choices=closed_loop.SURROUNDINGS, default=closed_loop.SURROUNDINGS,
+        help="limits of the whole motions: those with collisions take a hundred times as long as the others",
+    )  # fmt: skip
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="processes")
     arguments = parser.parse_args()
@@ -357,7 +362,7 @@ def main():
             soak_steps(arguments.steps, arguments.seed, pool)
         if arguments.prepared:
             soak_prepared(arguments.prepared, arguments.seed, pool)
-        return int(arguments.loops and soak_loops(arguments.loops, arguments.seed, pool) > 0)
+        return int(arguments.loops and soak_loops(arguments.loops, arguments.seed, pool, arguments.surroundings) > 0)
 
 
 if __name__ == "__main__":

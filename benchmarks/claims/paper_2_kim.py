@@ -135,9 +135,9 @@ def sign() -> Claim:
     """The last term of (22), from a measure far below m̄/2 and with nothing asked of the tool."""
     robot, stay, q = rik.load("planar_3r"), rik.TwistTask(np.zeros(6)), np.array([0.3, 0.05, 0.05])
     corrected = rik.TaskReconstruction(rik.MoorePenrose(), bound=0.06)
-    up = rik.simulate(robot, corrected, stay, q, duration=1.0, dt=2e-3).manipulability[:, 0]
+    up = rik.simulate(robot, corrected, stay, q, duration=1.0, dt=2e-3, calm=False).manipulability[:, 0]
     printed = replace(corrected, printed_sign=True)
-    down = rik.simulate(robot, printed, stay, q, duration=0.1, dt=1e-4).manipulability[:, 0]
+    down = rik.simulate(robot, printed, stay, q, duration=0.1, dt=1e-4, calm=False).manipulability[:, 0]
     return Claim(
         "eq. (22): the last term leads back up below m̄/2", "m rises",
         {"begin": up[0], "printed": down.min(), "turned": up[-1]},

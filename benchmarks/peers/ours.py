@@ -49,8 +49,9 @@ Parts = tuple[Callable[[np.ndarray, np.ndarray], np.ndarray], Callable[[np.ndarr
 
 
 def parts(
-    robot: rik.Robot, resolver: Any, limits: Sequence[rik.Limit], loop: Any, below: Sequence[rik.Task] = ()
-) -> Parts:
+    robot: rik.Robot, resolver: Any, limits: Sequence[rik.Limit], loop: Any, below: Sequence[rik.Task] = (),
+    *, calm: bool = True,
+) -> Parts:  # fmt: skip
     """What `loops.Servo` is made of, for a controller that drives the tools of a `loops.Loop` to their targets.
 
     Args:
@@ -59,9 +60,10 @@ def parts(
         limits: The strongest first; () for none.
         loop: Gain, caps, tools and dt.
         below: Tasks of a level below.
+        calm: As for `VelocityController`.
     """
     levels = [list(below)] if below else []
-    controller = rik.VelocityController(robot, resolver, limits)
+    controller = rik.VelocityController(robot, resolver, limits, calm=calm)
     caps = {"max_linear": loop.caps[0] / loop.gain, "max_angular": loop.caps[1] / loop.gain}
 
     def step(q: np.ndarray, targets: np.ndarray) -> np.ndarray:

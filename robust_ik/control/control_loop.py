@@ -116,7 +116,11 @@ class ControlLoop:
             raise InputError(f"controller must be a VelocityController, got {controller!r}")
         self._dt = checked_parameter("dt", dt, above=0)
         self.controller = VelocityController(
-            controller.robot, controller.resolver, controller.limits, length_scale=controller.length_scale
+            controller.robot,
+            controller.resolver,
+            controller.limits,
+            length_scale=controller.length_scale,
+            calm=controller.calm,
         )
         self._levels: Levels = checked_stack(stack)
         self._program = self.controller.program(self._levels, self.dt)
@@ -155,7 +159,7 @@ class ControlLoop:
         """
         self.controller.reset(qdot)
         if self._program is not None:
-            self.controller.compiled.keep(self._program, self.controller.begun(self.dt))
+            self.controller.compiled.keep(self._program, self.controller.begun(self.dt), self.controller.calming)
             self._program.begin(self.controller.qdot)
         self._found: Resolution | None = None
         self._rows: Bounds | None = None
@@ -256,16 +260,17 @@ class ControlLoop:
                 values.append(array.reshape(count, -1))
         return np.concatenate(places), np.ascontiguousarray(np.concatenate(values, axis=1))
 
-    def _outside(self, plan: RunPlan, run: int, q: Array, last: Array, stopped: Array) -> tuple[Array, Array]:
-        """A step of one of many runs that compiled code has left."""
+    def _outside(self, plan: RunPlan, run: int, q: Array, last: Array, stopped: Array, calmed: Array) -> Array:
+        """A step of one of many runs that compiled code has left; what the run remembers is moved on."""
         other = ControlLoop(self.controller, self._present(), self.dt)
         program = other._program
         if program is None:
             raise InputError("a loop that was compiled is not any more")
         program.program[plan.places.astype(int)] = plan.numbers[run]
-        program.put_memory(last, stopped)
+        program.put_memory(last, stopped, calmed)
         out = other._otherwise(q, np.empty(len(last)))
-        return out, program.eased.copy()
+        stopped[:], calmed[:] = program.eased, program.calming.memory
+        return out
 
     @property
     def report(self) -> Resolution:

@@ -16,8 +16,10 @@ class VelocityProblem:
         levels: One equation per level, the most important first.
         bounds: Bounds on q̇.
         dt: Duration of q̇, s; 0 if unknown.
+        share: The share of what tasks ask for that the levels' ẋ are: less than 1 for an arm that is being calmed.
     """
 
     levels: tuple[TaskEquation, ...]
     bounds: Bounds
     dt: float = 0.0
+    share: float = 1.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -61,6 +61,8 @@ class Resolution:
         active: Limits that q̇ lies on: "joint4 velocity", "link2 - table distance".
         contradictions: Limits that yielded to stronger ones.
         status: Status of the step.
+        calmed: The share of their velocities for which all tasks were asked, in (0, 1]: less than 1 after joints have
+            turned to and fro.
     """
 
     qdot: Array
@@ -68,6 +70,7 @@ class Resolution:
     active: tuple[str, ...]
     contradictions: tuple[str, ...]
     status: Status
+    calmed: float = field(default_factory=lambda: 1.0)  # as a class attribute it would hide a lazy one
 
     @property
     def scale(self) -> Array:
@@ -90,6 +93,8 @@ class Resolution:
         slowed = [f"level {i} gets {level.scale:.0%}" for i, level in enumerate(self.levels, 1) if level.scale < 1]
         if slowed:
             yield f"Limits: {', '.join(slowed)}; q̇ lies on {listed(self.active, 6)}."
+        if self.calmed < 1:
+            yield f"Joints turned to and fro: until it goes on, all levels ask for {self.calmed:.3g} of their speed."
         for i, level in enumerate(self.levels, 1):
             if level.kinematic_corank:
                 yield f"Level {i} is singular, corank {level.kinematic_corank}."
@@ -116,7 +121,7 @@ class Resolution:
         )
 
 
-LATER = ("levels", "active", "contradictions", "status")
+LATER = ("levels", "active", "contradictions", "status", "calmed")
 """What of a lazy resolution is made when it is read."""
 
 
@@ -148,4 +153,4 @@ class LazyResolution(Resolution):
 
     def __reduce__(self) -> tuple[object, ...]:
         # As a plain one: what makes the rest holds a controller.
-        return Resolution, (self.qdot, self.levels, self.active, self.contradictions, self.status)
+        return Resolution, (self.qdot, self.levels, self.active, self.contradictions, self.status, self.calmed)

@@ -11,7 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robust_ik.checks import Array, as_measures, checked_parameter, is_plain
+from robust_ik.checks.public_arguments import check_type
 from robust_ik.control.bounds import CONTRADICTION, Bounds
+from robust_ik.control.calming import Calming
 from robust_ik.control.compiled_loop.compiled_steps import CompiledSteps
 from robust_ik.control.compiled_loop.control_program import ControlProgram
 from robust_ik.control.length_scale import chosen_length_scale
@@ -68,6 +70,7 @@ class VelocityController:
         length_scale: The resolver's unit of length, m: 1, or for much larger or smaller robots about their own size.
         qdot: The joint velocities of the last step, (n,); at rest before the first.
         compiled: What makes its steps in compiled code where that is possible; NumPy makes the others.
+        calming: What it remembers of joints that turn back.
     """
 
     def __init__(
@@ -77,6 +80,7 @@ class VelocityController:
         limits: Sequence[Limit] | Limit | None = None,
         *,
         length_scale: float | None = None,
+        calm: bool = True,
     ) -> None:
         """A controller at rest.
 
@@ -89,6 +93,9 @@ class VelocityController:
             length_scale: L, m per rad: rows in metres, and joints that slide, are divided by it before they are
                 resolved. Default `robot.length_scale`, 1 m for robots of usual size; 1 if an inverse has weights of
                 rows or a length scale of its own.
+            calm: Whether all tasks ask for a smaller share of their speed once joints turn to and fro, see `calming`.
+                Without, a loop that is not stable shakes on: to compare methods, or for motions that are meant to turn
+                back more than three times a second.
 
         Raises:
             InputError: An argument is of another type.
@@ -100,8 +107,16 @@ class VelocityController:
         inverses = self.resolver.inverses if isinstance(self.resolver, InverseResolver) else ()
         self.length_scale = chosen_length_scale(robot, inverses, length_scale)
         self._units = Units(self.length_scale, robot.sliding)
+        check_type("calm", calm, "bool")
+        self._calm = calm
+        self.calming = Calming(np.zeros(robot.n), np.zeros(robot.n))
         self.limits = JointLimits.of(robot) if limits is None else limits
         self.reset()
+
+    @property
+    def calm(self) -> bool:
+        """Whether tasks ask for less once joints turn to and fro."""
+        return self._calm
 
     @property
     def limits(self) -> tuple[Limit, ...]:
@@ -112,6 +127,9 @@ class VelocityController:
     def limits(self, limits: Sequence[Limit] | Limit) -> None:
         self._limits = checked_limits(limits)
         self.compiled = CompiledSteps(self.robot, self._limits, self._units)
+        noted = self.calming.memory
+        self.calming = Calming.of(self.robot, self._limits, self._units, calm=self._calm)
+        self.calming.memory[:] = noted
 
     def reset(self, qdot: ArrayLike | None = None) -> None:
         """Begins a new run.
@@ -123,6 +141,7 @@ class VelocityController:
         if start.ndim != 1:
             raise InputError(f"qdot must be the velocities of one configuration, got shape {start.shape}")
         self.qdot = start.copy()
+        self.calming = Calming.of(self.robot, self._limits, self._units, calm=self._calm)
         self._driver: Resolver | None = None
         self.compiled.forget()
         self._drives: dict[tuple[int, int], Drive] = {}
@@ -149,7 +168,7 @@ class VelocityController:
             q = np.array(as_measures(q, "q", ()))
             if q.ndim != 1:
                 raise InputError(f"a step takes one configuration, (nq,), got shape {q.shape}")
-        found = self.compiled.step(q, levels, dt, self.begun(dt), self.qdot)
+        found = self.compiled.step(q, levels, dt, self.begun(dt), self.qdot, self.calming)
         if found is not None:
             self.qdot, self._drives = found.qdot, {}
             return found
@@ -158,11 +177,12 @@ class VelocityController:
         problem = self._problem(q, levels, dt)
         resolution = self._within_shares(q, problem, self._resolved(q, problem, dt))
         self.qdot = resolution.qdot
+        self.calming.watch(resolution.qdot / self._units.joints, dt)
         return resolution
 
     def program(self, stack: Stack | Task, dt: float) -> ControlProgram | None:
         """The compiled program of a stack in the present run, see `ControlLoop`; None if NumPy makes its steps."""
-        return self.compiled.program(self.robot.rest, checked_stack(stack), dt, self.begun(dt))
+        return self.compiled.program(self.robot.rest, checked_stack(stack), dt, self.begun(dt), self.calming)
 
     def begun(self, dt: float) -> Resolver:
         """The resolver, begun for the present run; dt is the length of its steps, s, if it has none yet."""
@@ -277,7 +297,11 @@ class VelocityController:
             stacked([self._equation((i, j), task, q, Moment(bounds, self.qdot, dt)) for j, task in enumerate(level)])
             for i, level in enumerate(stack)
         )
-        return VelocityProblem(levels, bounds, dt)
+        self.calming.look_at(stack, self.robot, dt)
+        share = self.calming.share
+        if share < 1.0:
+            levels = tuple(replace(each, xdot=share * each.xdot) for each in levels)
+        return VelocityProblem(levels, bounds, dt, share)
 
     def _equation(self, place: tuple[int, int], task: Task, q: Array, moment: Moment) -> TaskEquation:
         """The equation of the task at a place of the stack, by its drive if it has one."""

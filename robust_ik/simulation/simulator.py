@@ -42,6 +42,7 @@ def simulate(
     dt: float = 0.01,
     limits: Sequence[Limit] | Limit | None = None,
     length_scale: float | None = None,
+    calm: bool = True,
     progress: ProgressCallback | None = None,
 ) -> Trajectory: ...
 
@@ -61,6 +62,7 @@ def simulate(
     dt: float = 0.01,
     limits: Sequence[Limit] | Limit | None = None,
     length_scale: float | None = None,
+    calm: bool = True,
     progress: ProgressCallback | None = None,
 ) -> Trajectory:
     """Simulates a stack of tasks from q0 on, by explicit Euler steps; or a scenario, which defines all but the method.
@@ -74,6 +76,7 @@ def simulate(
         dt: Time step, s. Feedback is stable for gain · dt < 2 with an inverse that is at most exact.
         limits: As for `VelocityController`: by default the robot's own; () for none.
         length_scale: As for `VelocityController`.
+        calm: The same. Scenarios are there to compare methods, and run without.
         progress: Called with (steps done, steps in all); by default a bar is shown in a terminal if the run takes long.
 
     Raises:
@@ -88,7 +91,7 @@ def simulate(
     if q.ndim != 1:
         raise InputError(f"q0 must be one configuration, got shape {q.shape}")
     steps = _number_of_steps(duration, dt)
-    controller = VelocityController(robot, resolver, limits, length_scale=length_scale)
+    controller = VelocityController(robot, resolver, limits, length_scale=length_scale, calm=calm)
     if progress is None:
         with progress_bar(f"simulating {robot.name}") as told:
             return _run(controller, motion, q, steps, dt, told)
@@ -100,7 +103,7 @@ def _run_scenario(scenario: Scenario, given: Method | str | None, progress: Prog
     method = scenario.method(given) if isinstance(given, str) else given
     run = simulate(
         scenario.robot, method, scenario.motion, scenario.q0,
-        duration=scenario.duration, dt=scenario.dt, limits=scenario.limits, progress=progress,
+        duration=scenario.duration, dt=scenario.dt, limits=scenario.limits, calm=False, progress=progress,
     )  # fmt: skip
     return replace(run, name=given) if isinstance(given, str) else run
 

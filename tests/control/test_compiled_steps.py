@@ -238,7 +238,7 @@ def test_rows_of_own_tasks_and_motions_of_inverses_that_are_no_formula_take_part
             one, other = found.step(q, stack, DT), wanted.step(q, stack, DT)
             assert_same(one, other, 0.0, str(inverse))
             q = robot.integrate(q, DT * one.qdot)
-        program = found.compiled.program(q, [tuple(level) for level in stack], DT, found.begun(DT))
+        program = found.compiled.program(q, [tuple(level) for level in stack], DT, found.begun(DT), found.calming)
         assert (program is None) == isinstance(inverse, rik.KelmarKhosla)  # which remembers
 
 

@@ -360,7 +360,8 @@ def test_steps_that_numpy_has_to_make_take_part_in_many_runs():
 
 
 def test_noise_and_lag_of_many_runs():
-    loop = rik.ControlLoop(rik.VelocityController(ROBOT), [[rik.PostureTask(ROBOT.rest, gain=10.0)]], DT)
+    controller = rik.VelocityController(ROBOT, calm=False)
+    loop = rik.ControlLoop(controller, [[rik.PostureTask(ROBOT.rest, gain=10.0)]], DT)
     noise, starts = 1e-3, np.repeat(ROBOT.rest[None], 200, axis=0)
     found = loop.runs(starts, 100, noise=noise)
     # With gain g and perfect drives, q ← q − g dt (q + e): its variance is noise² g dt / (2 − g dt).

@@ -134,16 +134,10 @@ def test_the_soak_of_motions_counts_what_comes_to_rest_and_tells_what_shakes(mon
     assert broken
     assert all("outside by 1e-06" in each for each in broken)
     shaking = dataclasses.replace(calm, chatters=True)
-    monkeypatch.setattr(soak.closed_loop, "run", lambda draw, **_: calm if draw.surroundings == "none" else shaking)
+    monkeypatch.setattr(soak.closed_loop, "run", lambda draw, **_: shaking)
     counts, broken = soak.loops(3, 0)
     assert not counts
     assert len(broken) == 3
-    monkeypatch.setattr(soak.closed_loop, "run", lambda draw, **_: shaking)
-    counts, broken = soak.loops(20, 0)  # without limits, too: no excuse for what is steady
-    assert len(broken) + counts.total() == 20
-    assert broken
-    assert counts
-    assert all("steady=True" in each for each in broken)
 
 
 def test_no_limit_is_broken_in_thousands_of_steps_of_prepared_loops():

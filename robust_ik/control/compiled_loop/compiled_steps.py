@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, checked_parameter
 from robust_ik.control.bounds import Bounds
+from robust_ik.control.calming import Calming
 from robust_ik.control.compiled_loop.control_program import ControlProgram, Snapshot, fits, form_of
 from robust_ik.control.compiled_loop.resolver_program import eased_of, is_compilable
 from robust_ik.control.compiled_loop.step_reports import StepReports, reports_of
@@ -93,16 +94,18 @@ class CompiledSteps:
         # Without programs: they hold addresses of their own memory, which a copy does not share.
         return CompiledSteps, (self.robot, self.limits, self.units)
 
-    def keep(self, program: ControlProgram, resolver: Resolver) -> None:
+    def keep(self, program: ControlProgram, resolver: Resolver, calming: Calming) -> None:
         """Takes a program of an earlier run into one with a resolver that has begun anew."""
-        program.restart(resolver)
+        program.restart(resolver, calming)
         self._programs = [program]
 
     def forget(self) -> None:
         """Drops all programs, since a new run begins."""
         self._programs = []
 
-    def step(self, q: Array, levels: Levels, dt: float, resolver: Resolver, previous: Array) -> Resolution | None:
+    def step(
+        self, q: Array, levels: Levels, dt: float, resolver: Resolver, previous: Array, calming: Calming
+    ) -> Resolution | None:
         """A step, as `VelocityController.step`; None if NumPy has to make it, or to say what is wrong.
 
         Args:
@@ -111,8 +114,9 @@ class CompiledSteps:
             dt: Length of the step, s.
             resolver: The resolver, begun for the run.
             previous: The last velocities, (n,).
+            calming: What is remembered of joints that turn back; moved on.
         """
-        program = self.program(q, levels, dt, resolver)
+        program = self.program(q, levels, dt, resolver, calming)
         if program is None or (program.given and not self._given(program, q)):
             return None
         out, rows = np.empty(self.robot.n), None
@@ -166,7 +170,9 @@ class CompiledSteps:
         qdot.flags.writeable = False
         return LazyResolution.of(qdot, UnreadReport(self, program.snapshot(), rows))
 
-    def program(self, q: ArrayLike, levels: Levels, dt: float, resolver: Resolver) -> ControlProgram | None:
+    def program(
+        self, q: ArrayLike, levels: Levels, dt: float, resolver: Resolver, calming: Calming
+    ) -> ControlProgram | None:
         """The program of a stack with its present tasks; None if it has none."""
         for program in self._programs:
             if program.resolver is resolver and program.takes(levels, dt):
@@ -186,8 +192,9 @@ class CompiledSteps:
         if not fits(self.robot, resolver, forms):
             return None
         program = ControlProgram(
-            self.robot, resolver, levels, dt, limits=self._joint, units=self.units, forms=forms, room=self._room
-        )
+            self.robot, resolver, levels, dt, limits=self._joint, units=self.units, calming=calming, forms=forms,
+            room=self._room,
+        )  # fmt: skip
         self._programs = [program, *self._programs[: KEPT - 1]]
         return program
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from robust_ik.checks import Array, readonly
 from robust_ik.control.bounds import Bounds
+from robust_ik.control.calming import Calming
 from robust_ik.control.compiled_loop.resolver_program import (
     Compilable,
     LevelDesk,
@@ -152,8 +153,9 @@ class Snapshot:
         units = self.units
         levels = [LevelDesk.of(self.program, self.desk, level) for level in range(int(self.program[slots.LEVELS]))]
         at, n = int(self.program[slots.QDOT]), int(self.program[slots.JOINTS])
-        equations = tuple(each.equation for each in levels)
-        problem = VelocityProblem(equations, units.bounds(bounds), self.dt)
+        share = float(self.desk[int(self.program[slots.CALM]) + slots.CALM_NOW])
+        equations = tuple(each.equation_at(share) for each in levels)
+        problem = VelocityProblem(equations, units.bounds(bounds), self.dt, share)
         shares = [float(each.found[slots.SHARE]) for each in levels]
         found = verdict(problem, self.desk[at : at + n].copy(), shares, [each.reduced for each in levels])
         if units.length == 1.0:
@@ -169,6 +171,7 @@ class ControlProgram(ResolverProgram):
         places: The tasks' places in the program, level by level.
         dt: Length of a step, s.
         robot: The robot.
+        calming: What the controller remembers of joints that turn back.
     """
 
     def __init__(
@@ -180,6 +183,7 @@ class ControlProgram(ResolverProgram):
         *,
         limits: JointLimits | None,
         units: Units,
+        calming: Calming,
         forms: Sequence[Sequence[CompiledForm]],
         room: int = 0,
     ) -> None:
@@ -192,10 +196,11 @@ class ControlProgram(ResolverProgram):
             dt: Length of a step, s.
             limits: Joint limits that are computed in compiled code; None if all bounds are put on the desk.
             units: The controller's units.
+            calming: What the controller remembers of joints that turn back.
             forms: The forms of the tasks.
             room: Room for this many rows of bounds.
         """
-        self.robot, self.dt = robot, dt
+        self.robot, self.dt, self.calming = robot, dt, calming
         self._levels, self._limits, self._units, self._forms = levels, limits, units, forms
         self._frames = dict.fromkeys(
             robot.tip if each is None else each
@@ -220,6 +225,8 @@ class ControlProgram(ResolverProgram):
 
         head[slots.CONFIGURATION], head[slots.LENGTH] = robot.nq, self._units.length
         head[slots.MAP] = add(np.column_stack([*joint_places(robot), self._units.joints]))
+        if np.isfinite(self.calming.peaks).any():
+            head[slots.TURNING] = add(np.array([self.calming.peaks, self.calming.slowness]))
         chains = [robot.chain(frame) for frame in self._frames]
         places = [float(add(chain.packed)) for chain in chains]
         self._frame_table = np.column_stack([places, np.zeros(len(places))]) if places else np.zeros((0, 2))
@@ -307,37 +314,43 @@ class ControlProgram(ResolverProgram):
         status = self.run(self.setup, q, out, slots.BEGIN, 0)
         while status >= slots.WANTS_MOTION:
             level = status - slots.WANTS_MOTION
-            problem = VelocityProblem(tuple(each.equation for each in self.levels), Bounds.free(self.shape[0]))
+            share = float(self.calmed[slots.CALM_SHARE])
+            equations = tuple(each.equation_at(share) for each in self.levels)
+            problem = VelocityProblem(equations, Bounds.free(self.shape[0]), share=share)
             self.motion[:] = self.outside(problem, level)
             status = self.run(self.setup, q, out, level, 1)
             if status == slots.DONE:
                 out[:] = self.qdot * self._units.joints
                 self._last[:] = self.qdot
+                self.calming.note(self.calmed, self.qdot, self.dt)
                 self.program[slots.MADE] += 1
                 status = slots.DONE if np.isfinite(out).all() else slots.TOO_LARGE
         return status
 
     def begin(self, previous: Array) -> None:
-        """Puts the memory of the steps before on the desk: velocities, (n,), and the speeds of stopped levels."""
+        """Puts the memory of the steps before on the desk: velocities, (n,), stopped levels, joints turning back."""
         self._last[:] = previous if self._units.length == 1.0 else previous / self._units.joints
         if self.eased_limiters:
             self.eased[:] = [each.speed for each in self.eased_limiters]
+        self.calmed[:] = self.calming.memory
 
-    def restart(self, resolver: Resolver) -> None:
-        """Begins a new run, with a resolver that is equal to the one before but has begun anew."""
+    def restart(self, resolver: Resolver, calming: Calming) -> None:
+        """Begins a new run, with a resolver that is equal to the one before but has begun anew, and nothing noted."""
+        self.calming = calming
         if is_compilable(resolver):
             self.resolver = resolver
             self.eased_limiters = eased_of(resolver)[: len(self.levels)]
         self.program[slots.MADE] = 0
 
-    def put_memory(self, previous: Array, stopped: Array) -> None:
-        """Puts another run's memory on the desk and into the limiters: velocities, and speeds of stopped levels."""
+    def put_memory(self, previous: Array, stopped: Array, calmed: Array) -> None:
+        """Puts another run's memory where steps begin: velocities, (n,), stopped levels, joints turning back."""
         self._last[:] = previous / self._units.joints
-        self.eased[:] = stopped
+        self.eased[:], self.calmed[:] = stopped, calmed
         self.keep()
 
     def keep(self) -> None:
         """Takes over the memory that the step has left."""
+        self.calming.memory[:] = self.calmed
         if self.eased_limiters:
             for limiter, speed in zip(self.eased_limiters, self.eased.tolist()):
                 limiter.speed = speed

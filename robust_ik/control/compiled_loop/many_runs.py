@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robust_ik.checks import Array
+from robust_ik.control.calming import Calming
 from robust_ik.control.compiled_loop.control_program import ControlProgram
 from robust_ik.control.compiled_loop.resolver_program import SIZES
 
@@ -61,8 +62,9 @@ class RunPlan:
     numbers: Array
 
 
-Outside = Callable[[int, Array, Array, Array], tuple[Array, Array]]
-"""(run, measured q, last velocities, speeds of stopped levels) → velocities, and speeds of stopped levels."""
+Outside = Callable[[int, Array, Array, Array, Array], Array]
+"""(run, measured q, last velocities, speeds of stopped levels, what is remembered of joints that turn back) →
+velocities; what levels and joints remember is moved on."""
 
 
 def make_runs(program: ControlProgram, plan: RunPlan, threads: int, outside: Outside) -> LoopRuns:
@@ -74,9 +76,10 @@ def make_runs(program: ControlProgram, plan: RunPlan, threads: int, outside: Out
         threads: Number of threads.
         outside: What makes the steps that compiled code cannot make.
     """
-    count, n, nq, levels = len(plan.q), program.shape[0], plan.q.shape[1], len(program.levels)
+    count, nq, levels, n = len(plan.q), plan.q.shape[1], len(program.levels), program.shape[0]
     stopped = np.full((count, levels), math.inf)
-    state = np.concatenate([plan.q, plan.qdot, plan.qdot, stopped, np.zeros((count, nq))], axis=1)
+    calmed = np.tile(Calming(np.zeros(n), np.zeros(n)).memory, (count, 1))
+    state = np.concatenate([plan.q, plan.qdot, plan.qdot, stopped, calmed, np.zeros((count, nq))], axis=1)
     done, records = np.zeros((count, 2)), plan.steps // plan.every
     q, qdot = np.empty((count, records, nq)), np.empty((count, records, n))
     kernel = _kernel(program.widest)
@@ -103,8 +106,9 @@ def make_runs(program: ControlProgram, plan: RunPlan, threads: int, outside: Out
 def _step_outside(program: ControlProgram, plan: RunPlan, run: int, state: Array, outside: Outside) -> None:
     """Makes one step of a run outside of compiled code, and moves its state on."""
     n, nq, levels = program.shape[0], plan.q.shape[1], len(program.levels)
-    q, asked, moving, stopped, measured = np.split(state, np.cumsum([nq, n, n, levels]))  # views
-    asked[:], stopped[:] = outside(run, measured, asked.copy(), stopped.copy())
+    noted = len(state) - 2 * nq - 2 * n - levels
+    q, asked, moving, stopped, calmed, measured = np.split(state, np.cumsum([nq, n, n, levels, noted]))  # views
+    asked[:] = outside(run, measured, asked.copy(), stopped, calmed)
     moving += plan.share * (asked - moving)
     q[:] = program.robot.integrate(q, program.dt * moving)
 

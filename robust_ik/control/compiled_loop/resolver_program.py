@@ -137,7 +137,11 @@ class LevelDesk:
     @property
     def equation(self) -> TaskEquation:
         """The level's equation, in a controller's units, as copies."""
-        return TaskEquation(self.J.copy(), self.xdot.copy(), self.error.copy())
+        return self.equation_at(1.0)
+
+    def equation_at(self, share: float) -> TaskEquation:
+        """The equation of a level that asks for a share of its velocity."""
+        return TaskEquation(self.J.copy(), share * self.xdot, self.error.copy())
 
     @property
     def reduced(self) -> Reduced:
@@ -182,6 +186,7 @@ class ResolverProgram:
         more = self._further(sum(map(len, parts)), parts[0])
         self.program = np.concatenate([*parts, *more])
         self.desk = np.zeros(self._placed(n, rows, room))
+        self.calmed[[slots.CALM_SHARE, slots.CALM_NOW]] = 1.0
         self.levels = tuple(LevelDesk.of(self.program, self.desk, level) for level in range(len(rows)))
         self._addresses = np.array([id(np.ndarray), self.program.ctypes.data, self.desk.ctypes.data])
         self.setup, self.run = int(self._addresses.ctypes.data), kernel_for(self.widest)
@@ -239,6 +244,7 @@ class ResolverProgram:
         take(slots.QDOT, n)
         take(slots.MOTION, n)
         take(slots.EASED, max(len(rows), 1))
+        take(slots.CALM, slots.CALMING + slots.REMEMBERED * n)
         take(slots.BOUND_ROWS, room * n)
         take(slots.FLOOR, room)
         take(slots.SCRATCH, (n + 1 + room) * (n + 1) + 2 * (n + 1) + room)
@@ -278,6 +284,11 @@ class ResolverProgram:
     def eased(self) -> Array:
         """The last speeds of stopped levels, (levels,)."""
         return self.view(slots.EASED, max(len(self.shape[1]), 1))
+
+    @cached_property
+    def calmed(self) -> Array:
+        """What is remembered of joints that turn back, see `control_layout.CALM_SHARE`."""
+        return self.view(slots.CALM, slots.CALMING + slots.REMEMBERED * self.shape[0])
 
     def put_bounds(self, bounds: Bounds) -> None:
         """Puts bounds on the desk."""

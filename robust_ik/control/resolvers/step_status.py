@@ -47,7 +47,7 @@ def verdict(problem: VelocityProblem, qdot: Array, scales: Sequence[float], redu
         reduced: Each level's Jacobian in the freedom left to it.
     """
     levels = tuple(
-        _level(equation.xdot - equation.J @ qdot, float(scale), each)
+        _level(equation.xdot / problem.share - equation.J @ qdot, float(scale), each)
         for equation, scale, each in zip(problem.levels, scales, reduced)
     )
     return Resolution(
@@ -56,6 +56,7 @@ def verdict(problem: VelocityProblem, qdot: Array, scales: Sequence[float], redu
         active=problem.bounds.active(qdot),
         contradictions=problem.bounds.contradictions,
         status=_status(problem, levels),
+        calmed=problem.share,
     )
 
 
@@ -79,7 +80,7 @@ def _status(problem: VelocityProblem, levels: Sequence[LevelResult]) -> Status:
         return Status.INFEASIBLE
     if not levels:
         return Status.TRACKING
-    wanted = problem.levels[0].xdot
+    wanted = problem.levels[0].xdot / problem.share
     size, residual = length(wanted), levels[0].residual
     given = float((wanted / size) @ (wanted - residual)) if size > NOTHING else 0.0
     if size > NOTHING and given < STUCK * size:

@@ -102,7 +102,7 @@ class TaskReconstruction(PriorityResolver):
         if own is not None:
             effect = reduced.U @ (gains * (reduced.Vt @ own.slope))
             drift = float(own.slope @ settled.qdot) if self.compensate else 0.0
-            wanted = self._reconstructed(wanted, effect, drift, own)
+            wanted = self._reconstructed(wanted, effect, drift, own, settled.problem.share * self.recovery)
         motion = (wanted @ reduced.U * gains) @ reduced.Vt
         return self._sparing(motion, guards, settled) if self.compensate else motion
 
@@ -120,7 +120,7 @@ class TaskReconstruction(PriorityResolver):
         """k(m, m̄): 0 above m̄, 1 below m̄/2."""
         return float(self.shape(min(max((bound - measure) / (bound / 2), 0.0), 1.0)))
 
-    def _reconstructed(self, wanted: Array, effect: Array, drift: float, guard: _Guard) -> Array:
+    def _reconstructed(self, wanted: Array, effect: Array, drift: float, guard: _Guard, recovery: float) -> Array:
         """Eqs. (21)-(22), corrected: `effect` is the gradient of the measure in task space, g (J N)#."""
         size = float(np.linalg.norm(effect))
         if size <= SMALL:
@@ -129,7 +129,7 @@ class TaskReconstruction(PriorityResolver):
         rate = float(upwards @ wanted) + drift / size
         falling = min(rate, 0.0) * self._share(guard.measure, guard.bound)
         sign = -1.0 if self.printed_sign else 1.0
-        rising = sign * self.recovery * self._share(guard.measure, guard.bound / 2)
+        rising = sign * recovery * self._share(guard.measure, guard.bound / 2)
         return wanted + (rising - falling) * upwards
 
     def _sparing(self, motion: Array, guards: Sequence[_Guard | None], settled: Settled) -> Array:

@@ -33,6 +33,9 @@ RESOLVER = 31
 WAY_BACK, COMPENSATED = 32, 33
 """Of reconstructed tasks: the speed of the way back up, and whether other levels' changes of a measure are made up for.
 """
+CALM, TURNING = 34, 35
+"""The place on the desk of what is remembered of joints that turn back, see CALM_SHARE; and the place in the program of
+the speed from which on a joint's turning counts and of how much longer it is remembered, (2, n); 0 if none counts."""
 HEAD = 40
 """Numbers before the records of the levels."""
 
@@ -55,6 +58,36 @@ FIRST, TURNS, UNIT = 0, 1, 2
 """Of a joint: its first place in q, whether q holds cosine and sine there, the unit of its motion."""
 MAPPED = 3
 """Numbers of a joint."""
+
+CALM_SHARE, CALM_NOW = 0, 1
+"""Of the memory of joints that turn back: the share of their velocities that tasks ask for, in the next step and in the
+one that is on the desk."""
+CALM_TASKS, CALM_STILL, CALM_FREE, CALM_GONE = 2, 3, 4, 5
+"""A sum of the tasks' numbers, 0 if unknown, the time since it has last changed, s, whether it has since joints last
+shook; and how far the joint that is farthest from there has got."""
+CALMING, REMEMBERED = 6, 5
+"""Then n numbers each: the largest velocity since a joint has last turned back, how often it has, the speed before it
+did, its way since joints last shook, and its last velocity."""
+SHAKES, AGAIN, FORGETTING = 4.0, 2.0, 1.0
+"""A joint shakes that has turned back so many times, or so many times while the share is below 1; the share grows while
+all counts are below FORGETTING. Chosen: motions that curve, stop and correct themselves turn back once or twice.
+"""
+QUIET, QUIET_STILL, STILL, REVERSALS = 0.5, 2.0, 1.0, 7.0
+"""Time in which counts fade, s, and that for tasks that have wanted the same for so long, s; it is longer by the time
+for so many changes from rest to the speed before, as fast as acceleration limits allow. Chosen: a joint that goes on
+turning back seven times a second, twice a second on its way to one target, or each time as fast as it can, shakes; one
+that is waved to and fro twice a second does not.
+"""
+KICK = 40.0
+"""A joint that turns back in one step by so many times the speed that counts shakes at once, if its tasks have wanted
+the same for STILL. Chosen: by a fifth of its speed limit; near its target nothing is that sudden but a kick."""
+LESS, LESS_AGAIN, LEAST_SHARE = 0.8, 0.5, 1e-8
+"""Factors of the share each time that a joint shakes, while it is 1 and below, and the smallest share. Chosen: across a
+singularity, where it is a step function, the exact inverse shakes as the root of the share."""
+AWAY, GROWTH = 0.04, 0.2
+"""How far a joint has to get from where it shook for the share to grow e-fold, rad or units of length; and the time in
+which it does so for tasks that want something else, s. Chosen: from a hundredth the arm is then at its full speed
+within 1 s, while one that creeps along a singularity is not let go so fast that it shakes hard before it is calmed."""
 
 ACCELERATION, SPEED, LEAST, MOST_VALUE = 0, 1, 2, 3
 """Of the joint limits: n numbers each, one kind after the other: acceleration, speed, lower end, upper end."""

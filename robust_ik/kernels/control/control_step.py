@@ -7,6 +7,7 @@ import math
 from robust_ik.kernels.compiler.compiling import called
 from robust_ik.kernels.compiler.stack_memory import Pointer, Sizes, further
 from robust_ik.kernels.control import control_layout as slots
+from robust_ik.kernels.control.calming import calm
 from robust_ik.kernels.control.climbing_rows import climbing_rows
 from robust_ik.kernels.control.frame_motion import check_configuration, map_of, move_frames
 from robust_ik.kernels.control.joint_rows import joint_bounds, joint_rows
@@ -56,7 +57,7 @@ def equations(program: Pointer, desk: Pointer, q: Pointer, width: Sizes) -> int:
 
 @called
 def finish(program: Pointer, desk: Pointer, out: Pointer) -> int:
-    """Writes the velocities in metres and radians, and keeps them as the last ones; TOO_LARGE if infinite."""
+    """Writes the velocities in metres and radians, and takes note of them; TOO_LARGE if infinite."""
     qdot, last = further(desk, int(program[slots.QDOT])), further(desk, int(program[slots.LAST]))
     total = 0.0
     for i in range(int(program[slots.JOINTS])):
@@ -66,6 +67,7 @@ def finish(program: Pointer, desk: Pointer, out: Pointer) -> int:
     for i in range(int(program[slots.JOINTS])):
         out[i] = qdot[i] * map_of(program, i)[slots.UNIT]
         last[i] = qdot[i]
+    calm(program, desk)
     program[slots.MADE] += 1.0
     return slots.DONE
 
@@ -81,6 +83,32 @@ def remember(program: Pointer, desk: Pointer, q: Pointer) -> None:
         before[i] = last[i]
 
 
+WANTED = slots.ENTRIES + 1
+"""The first number of a task's record that says what it wants; those before are gains, weights, caps."""
+
+
+@called
+def look_at_tasks(program: Pointer, desk: Pointer) -> None:
+    """Notes for how long the tasks have wanted the same; of rows from outside nobody knows, so they count as moving."""
+    if program[slots.TURNING] == 0.0:
+        return
+    memory, total, count, moves = further(desk, int(program[slots.CALM])), 0.0, 1.0, False
+    for level in range(int(program[slots.LEVELS])):
+        record = record_of(program, level)
+        task = further(program, int(record[slots.TASK]))
+        for _ in range(int(record[slots.TASKS])):
+            moves |= task[slots.KIND] == slots.GIVEN
+            for i in range(WANTED, int(task[slots.LONG])):
+                total += count * task[i]
+                count += 1.0
+            task = further(task, int(task[slots.LONG]))
+    if total != memory[slots.CALM_TASKS] and memory[slots.CALM_TASKS] != 0.0:
+        memory[slots.CALM_STILL], memory[slots.CALM_FREE] = 0.0, 1.0
+    else:
+        memory[slots.CALM_STILL] = 0.0 if moves else memory[slots.CALM_STILL] + program[slots.DT]
+    memory[slots.CALM_TASKS] = total
+
+
 @called
 def pose_problem(program: Pointer, desk: Pointer, q: Pointer, width: Sizes) -> int:
     """Puts on the desk what a step from q has to solve: the levels' equations, and the bounds; a status."""
@@ -88,6 +116,7 @@ def pose_problem(program: Pointer, desk: Pointer, q: Pointer, width: Sizes) -> i
     if status != slots.DONE:
         return status
     remember(program, desk, q)
+    look_at_tasks(program, desk)
     status = equations(program, desk, q, width)
     if status == slots.DONE and program[slots.LIMITS] > 0.0:
         joint_bounds(program, desk, q)

@@ -25,6 +25,7 @@ from robust_ik.kernels.compiler.stack_memory import (
     stack,
 )
 from robust_ik.kernels.control import control_layout as slots
+from robust_ik.kernels.control.calming import asked_share
 from robust_ik.kernels.control.polyhedron_projection import dot
 from robust_ik.kernels.matrices.small_svd import decompose_some
 from robust_ik.kernels.matrices.svd_side_by_side import decompose_eight, from_lane, into_lane
@@ -257,6 +258,15 @@ def to_gain(address: int, given: Pointer, after: float, parameters: Pointer) -> 
 
 
 @called
+def asked_velocity(program: Pointer, desk: Pointer, level: int, asked: Pointer) -> None:
+    """Fills in the share of a level's ẋ that it asks for."""
+    record, share = record_of(program, level), asked_share(program, desk)
+    x = further(desk, int(record[slots.X]))
+    for r in range(int(record[slots.M])):
+        asked[r] = share * x[r]
+
+
+@called
 def level_motion(program: Pointer, desk: Pointer, level: int, width: Sizes) -> None:
     """Fills MOTION with what the level's gain formula makes of what it still misses."""
     record, found, n = record_of(program, level), found_of(program, desk, level), int(program[slots.JOINTS])
@@ -268,8 +278,10 @@ def level_motion(program: Pointer, desk: Pointer, level: int, width: Sizes) -> N
     else:
         m, J = int(record[slots.M]), further(desk, int(record[slots.JACOBIAN]))
         left, right, sigma = stack(J[0], ONE, MATRIX), stack(J[0], ONE, MATRIX), stack(J[0], ONE, VECTOR)
+        asked = stack(J[0], ONE, VECTOR)
+        asked_velocity(program, desk, level, asked)
         decompose(J, left, sigma, right, m, n, min(m, n), width)
-        filtered(program, record, left, sigma, right, min(m, n), sigma, further(desk, int(record[slots.X])), motion)
+        filtered(program, record, left, sigma, right, min(m, n), sigma, asked, motion)
     project(program, desk, level, motion)
 
 

@@ -11,6 +11,7 @@ from robust_ik.kernels.compiler.compiling import called
 from robust_ik.kernels.compiler.simd_lanes import LANES
 from robust_ik.kernels.compiler.stack_memory import ONE, Pointer, Sizes, further, stack
 from robust_ik.kernels.control import control_layout as slots
+from robust_ik.kernels.control.calming import asked_share
 from robust_ik.kernels.control.jacobian_gradients import measure_gradient
 from robust_ik.kernels.control.level_freedom import MATRIX, VECTOR, fill_gains, filtered, found_of, project, record_of
 from robust_ik.kernels.control.polyhedron_projection import dot
@@ -108,7 +109,8 @@ def reconstruct(program: Pointer, desk: Pointer, level: int, wanted: Pointer) ->
     for r in range(m):
         rate += effect[r] / size * wanted[r]
     falling = min(rate + drift / size, 0.0) * removed(found[slots.LOW], record[slots.BOUND])
-    rising = program[slots.WAY_BACK] * removed(found[slots.LOW], record[slots.BOUND] / 2.0)
+    rising = asked_share(program, desk) * program[slots.WAY_BACK]
+    rising *= removed(found[slots.LOW], record[slots.BOUND] / 2.0)
     for r in range(m):
         wanted[r] += (rising - falling) * (effect[r] / size)
 

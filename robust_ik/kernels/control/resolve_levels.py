@@ -6,6 +6,7 @@ from robust_ik.kernels.compiler.compiling import called, inlined
 from robust_ik.kernels.compiler.simd_lanes import Number, where
 from robust_ik.kernels.compiler.stack_memory import ONE, Pointer, Sizes, further, stack
 from robust_ik.kernels.control import control_layout as slots
+from robust_ik.kernels.control.calming import asked_share
 from robust_ik.kernels.control.level_fit import fit, largest_step, slowed
 from robust_ik.kernels.control.level_freedom import (
     VECTOR,
@@ -41,12 +42,14 @@ def keeps_rows(program: Pointer, desk: Pointer, qdot: Pointer) -> bool:
 
 
 @called
-def missing_of(program: Pointer, desk: Pointer, level: int, qdot: Pointer, missing: Pointer) -> None:
-    """Fills in ẋ − J q̇ of a level."""
+def missing_of(
+    program: Pointer, desk: Pointer, level: int, share: Number, qdot: Pointer, missing: Pointer
+) -> None:  # fmt: skip
+    """Fills in share · ẋ − J q̇ of a level."""
     record, n = record_of(program, level), int(program[slots.JOINTS])
     x, J = further(desk, int(record[slots.X])), further(desk, int(record[slots.JACOBIAN]))
     for r in range(int(record[slots.M])):
-        missing[r] = x[r] - dot(further(J, r * n), qdot, n)
+        missing[r] = share * x[r] - dot(further(J, r * n), qdot, n)
 
 
 @called
@@ -59,7 +62,7 @@ def wish(program: Pointer, desk: Pointer, level: int, given: bool, length: Point
     missing = further(desk, int(record[slots.MISSING]))
     if not given:
         reduce(program, desk, level, width)
-        missing_of(program, desk, level, qdot, missing)
+        missing_of(program, desk, level, asked_share(program, desk), qdot, missing)
         if record[slots.WAY] == slots.OUTSIDE:
             return False
         if record[slots.WAY] == slots.RECONSTRUCTED:
@@ -274,5 +277,5 @@ def resolve(program: Pointer, desk: Pointer, first: int, given: bool, width: Siz
     if program[slots.HURRIED] > 0.0 and not hurry(program, desk):
         return slots.UNCERTAIN
     for level in range(levels):
-        missing_of(program, desk, level, qdot, further(desk, int(record_of(program, level)[slots.RESIDUAL])))
+        missing_of(program, desk, level, 1.0, qdot, further(desk, int(record_of(program, level)[slots.RESIDUAL])))
     return slots.DONE

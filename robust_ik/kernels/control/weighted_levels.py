@@ -11,6 +11,7 @@ from robust_ik.kernels.control.level_fit import ALL_BUT, PRICE, constrain, costs
 from robust_ik.kernels.control.level_freedom import (
     MATRIX,
     VECTOR,
+    asked_velocity,
     filtered,
     found_of,
     length_of,
@@ -58,7 +59,7 @@ def weigh_levels(program: Pointer, desk: Pointer, width: Sizes) -> int:
         if not inside:
             share = share_given(further(desk, int(record[slots.JACOBIAN])), int(record[slots.M]), n, free, qdot)
         found_of(program, desk, level)[slots.SHARE] = share
-        missing_of(program, desk, level, qdot, further(desk, int(record[slots.RESIDUAL])))
+        missing_of(program, desk, level, 1.0, qdot, further(desk, int(record[slots.RESIDUAL])))
     return slots.DONE
 
 
@@ -67,7 +68,7 @@ def wish(program: Pointer, desk: Pointer, free: Pointer, metric: Pointer, width:
     """Fills in the velocities without bounds, and the cost of others; each level's numbers are those in its freedom."""
     n, levels = int(program[slots.JOINTS]), int(program[slots.LEVELS])
     R, x, motion = stack(0.0, ONE, MATRIX), stack(0.0, ONE, VECTOR), further(desk, int(program[slots.MOTION]))
-    total, floor, size = 0.0, 0.0, stack(0.0, ONE, ONE)
+    total, floor, size, wanted = 0.0, 0.0, stack(0.0, ONE, ONE), stack(0.0, ONE, VECTOR)
     for level in range(levels):
         record = record_of(program, level)
         J = further(desk, int(record[slots.JACOBIAN]))
@@ -82,8 +83,8 @@ def wish(program: Pointer, desk: Pointer, free: Pointer, metric: Pointer, width:
         record, found = record_of(program, level), found_of(program, desk, level)
         reduce_to(program, desk, level, n, width)
         U, s = further(desk, int(record[slots.LEFT])), further(desk, int(record[slots.SIGMA]))
-        Vt, wanted = further(desk, int(record[slots.RIGHT])), further(desk, int(record[slots.X]))
-        own = further(desk, int(record[slots.OWN]))
+        Vt, own = further(desk, int(record[slots.RIGHT])), further(desk, int(record[slots.OWN]))
+        asked_velocity(program, desk, level, wanted)
         for c in range(n):
             motion[c] = 0.0
         if found[slots.RANK] > 0.0:

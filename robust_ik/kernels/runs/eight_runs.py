@@ -42,6 +42,7 @@ def eight_runs(
     n, nq, levels = int(program[slots.JOINTS]), int(program[slots.CONFIGURATION]), int(program[slots.LEVELS])
     desk, room, width_of_state = pointer(desks), by_eights(pointer(rooms)), state.shape[1]
     eased, last, qdot = int(program[slots.EASED]), int(program[slots.LAST]), int(program[slots.QDOT])
+    calmed, noted = int(program[slots.CALM]), slots.CALMING + slots.REMEMBERED * n
     status, ends = stack(0.0, ONE, W8), stack(0.0, W8, ENDS)
     for lane in range(COUNT):
         put(desk, 0, len(desks), room, lane)
@@ -52,6 +53,7 @@ def eight_runs(
                 desk[last + i] = asked[i] / map_of(program, i)[slots.UNIT]
             put(desk, last, n, room, lane)
             into_lane(further(asked, 2 * n), levels, each_lane(further(room, eased)), lane)
+            into_lane(further(asked, 2 * n + levels), 1, each_lane(further(room, calmed)), lane)
     for step in range(int(done[begin, 0]), steps):
         living = 0
         for lane in range(COUNT):
@@ -60,10 +62,15 @@ def eight_runs(
                 for p in range(len(places)):
                     program[int(places[p])] = numbers[e, p]
                 q = further(pointer(state), e * width_of_state)
-                measured = further(q, nq + 2 * n + levels)
+                measured = further(q, nq + 2 * n + levels + noted)
                 measure(program, q, measured, noise, int(seeds[e]), step)
                 take(room, lane, last, n, desk)
+                noticed = further(q, nq + 2 * n + levels)
+                for i in range(noted):
+                    desk[calmed + i] = noticed[i]
                 status[lane] = pose_problem(program, desk, measured, width)
+                for i in range(noted):
+                    noticed[i] = desk[calmed + i]
                 if status[lane] == slots.DONE:
                     put_problem(program, desk, room, lane)
                     living += 1
@@ -76,8 +83,11 @@ def eight_runs(
                 e, end = begin + lane, further(ends, lane * len(ENDS))
                 q = further(pointer(state), e * width_of_state)
                 asked, moving, speeds = further(q, nq), further(q, nq + n), further(q, nq + 2 * n)
+                noticed = further(speeds, levels)
                 for i in range(n):
                     desk[qdot + i] = end[i]
+                for i in range(noted):
+                    desk[calmed + i] = noticed[i]
                 status[lane] = finish(program, desk, asked)
                 done[e, 1] = status[lane]
                 if status[lane] == slots.DONE:
@@ -85,6 +95,9 @@ def eight_runs(
                     for i in range(levels):
                         speeds[i] = end[n + i]
                     into_lane(speeds, levels, each_lane(further(room, eased)), lane)
+                    for i in range(noted):
+                        noticed[i] = desk[calmed + i]
+                    into_lane(noticed, 1, each_lane(further(room, calmed)), lane)
                     put(desk, last, n, room, lane)
                     to = e * all_q.shape[1]
                     drive(

@@ -74,7 +74,8 @@ def many_runs(
         desk: A desk of this thread alone.
         room: Room for eight desks side by side, at a multiple of 64 bytes.
         state: For each run: q, the velocities asked for last, those of the drives, the speeds of stopped levels, and
-            room for what is measured, (N, 2 nq + 2 n + L); moved on.
+            what is remembered of joints
+            that turn back, and room for what is measured, (N, 2 nq + 2 n + L + C); moved on.
         done: For each run the number of steps that are done, and the status of the last, (N, 2); filled.
         steps: See `one_run`.
         every: The same.
@@ -88,6 +89,7 @@ def many_runs(
         width: See `control_step`.
     """
     n, nq, levels = int(program[slots.JOINTS]), int(program[slots.CONFIGURATION]), int(program[slots.LEVELS])
+    calmed, noted = further(pointer(desk), int(program[slots.CALM])), slots.CALMING + slots.REMEMBERED * n
     last = further(pointer(desk), int(program[slots.LAST]))
     eased, size, begin = further(pointer(desk), int(program[slots.EASED])), state.shape[1], 0
     together = goes_side_by_side(program)
@@ -110,11 +112,14 @@ def many_runs(
                 program[int(places[p])] = numbers[e, p]
             q = further(pointer(state), e * size)
             asked, moving = further(q, nq), further(q, nq + n)
-            speeds, measured = further(q, nq + 2 * n), further(q, nq + 2 * n + levels)
+            speeds, noticed = further(q, nq + 2 * n), further(q, nq + 2 * n + levels)
+            measured = further(noticed, noted)
             for i in range(n):
                 last[i] = asked[i] / map_of(program, i)[slots.UNIT]
             for i in range(levels):
                 eased[i] = speeds[i]
+            for i in range(noted):
+                calmed[i] = noticed[i]
             made, status = one_run(
                 program, pointer(desk), q, asked, moving, measured, int(done[e, 0]), steps, every, noise, share,
                 int(seeds[e]), further(pointer(all_q), e * all_q.shape[1] * nq),
@@ -123,4 +128,6 @@ def many_runs(
             done[e, 0], done[e, 1] = float(made), float(status)
             for i in range(levels):
                 speeds[i] = eased[i]
+            for i in range(noted):
+                noticed[i] = calmed[i]
         begin += count

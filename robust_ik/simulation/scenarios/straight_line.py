@@ -60,7 +60,7 @@ class StraightLine:
 
     def steps(self, resolver: Resolver) -> Iterator[Asked]:
         """Every step of a run with one resolver, within the robot's own limits."""
-        controller = VelocityController(self.robot, resolver)
+        controller = VelocityController(self.robot, resolver, calm=False)
         motion, q = Follow(self.path, gain=GAIN, feedforward=True), self.q0
         for i in range(round(self.path.duration / DT)):
             stack = motion(i * DT)

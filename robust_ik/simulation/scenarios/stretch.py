@@ -79,7 +79,7 @@ class Stretch:
         )
         return simulate(
             self.robot, inverse, motion, self.q0,
-            duration=self.path.duration, dt=self.dt, limits=self.limits, progress=progress,
+            duration=self.path.duration, dt=self.dt, limits=self.limits, calm=False, progress=progress,
         )  # fmt: skip
 
     @property
