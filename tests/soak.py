@@ -234,22 +234,39 @@ LOOPS = 50
 
 
 def loops(count, seed, surroundings=closed_loop.SURROUNDINGS):
-    """How many motions of so many came to rest, arrived, still moved when time was up, and what shook or broke."""
+    """How many motions of so many came to rest, arrived, still moved when time was up, and what shook or broke.
+
+    Exact ones that still move are given LONGER.
+    """
     rng, counts, broken = np.random.default_rng(seed), Counter(), []
     for _ in range(count):
         draw = closed_loop.draw(rng, surroundings=surroundings)
         ending = closed_loop.run(draw)
+        creeps = not (draw.noisy or ending.chatters or ending.error < ARRIVED or ending.speed < closed_loop.REST)
+        if creeps:
+            ending = late(draw, ending)
         if ending.chatters:
             broken.append(f"shakes at {ending.speed:.3g}: {draw}")
         elif ending.error < ARRIVED:
             counts["arrived"] += 1
         elif draw.noisy or ending.speed < closed_loop.REST:
-            counts["rest elsewhere"] += 1
+            counts["creep, then rest elsewhere" if creeps else "rest elsewhere"] += 1
         else:
             counts["still on their way"] += 1
         if not draw.noisy and ending.outside > TOLERANCE:
             broken.append(f"outside by {ending.outside:.3g}: {draw}")
     return counts, broken
+
+
+LONGER = 1200.0
+"""How long an exact motion may creep before it rests, s."""
+
+
+def late(draw, ending):
+    """The ending of an exact motion that still moves after a minute, or twelve seconds in short steps."""
+    if draw.surroundings == "collision":  # step by step
+        return ending
+    return closed_loop.run(draw, seconds=LONGER, steps=10**7)
 
 
 ARRIVED = 1e-3

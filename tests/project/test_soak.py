@@ -133,6 +133,19 @@ def test_the_soak_of_motions_counts_what_comes_to_rest_and_tells_what_shakes(mon
     assert counts == {"rest elsewhere": 20}
     assert broken
     assert all("outside by 1e-06" in each for each in broken)
+    creeping = dataclasses.replace(calm, error=1.0, speed=0.01)
+
+    def slow(draw, seconds=60.0, **_):
+        return creeping if seconds < soak.LONGER or draw.dt == 0.02 else dataclasses.replace(creeping, speed=0.0)
+
+    monkeypatch.setattr(soak.closed_loop, "run", slow)
+    counts, broken = soak.loops(40, 0, ("joints",))
+    assert not broken
+    assert set(counts) == {
+        "rest elsewhere",
+        "creep, then rest elsewhere",
+        "still on their way",
+    }  # noisy ones, and others
     shaking = dataclasses.replace(calm, chatters=True)
     monkeypatch.setattr(soak.closed_loop, "run", lambda draw, **_: shaking)
     counts, broken = soak.loops(3, 0)
