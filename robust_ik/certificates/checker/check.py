@@ -26,6 +26,7 @@ from robust_ik.certificates.checker.leaf_checks import check_inside, check_leaf
 from robust_ik.certificates.checker.modular_arithmetic import UnluckyError, random_prime
 from robust_ik.certificates.checker.modular_kinematics import ROW_NAMES, is_rigid
 from robust_ik.certificates.checker.random_points import RandomPoint, source_value
+from robust_ik.certificates.checker.root_counting import count_real_roots
 from robust_ik.certificates.proof.case_tree import RATIONAL, FormFactor, Node, State
 from robust_ik.certificates.proof.counted_steps import MOST, TooManyStepsError, at_most
 from robust_ik.certificates.proof.proof import Arm, Proof, from_json
@@ -45,12 +46,14 @@ class Verdict:
         reason: A sentence that says what holds, or what does not and where.
         implicit: Whether the proof holds, but some leaves only repeat the equations.
         cases: Number of cases that were checked.
+        places: At how many real places of its field each leaf is, by the checker's own count.
     """
 
     accepted: bool
     reason: str
     implicit: bool = False
     cases: int = 0
+    places: tuple[int, ...] = ()
 
 
 @checked
@@ -84,20 +87,27 @@ def check(
             _check_frame(proof, arm)
             for turn in range(max(1, rounds)):
                 _Round(proof, random.Random(f"{seed}:{turn}"), turn == 0).run()
+            places = tuple(_real_places(node.state) for node in proof.leaves)
     except (RefusedError, TooManyStepsError) as error:
         return Verdict(False, f"refused: {error}")
     except (UnluckyError, ZeroDivisionError, OverflowError) as error:
         return Verdict(False, f"refused: the numbers do not allow a check: {error}")
-    return _verdict(proof)
+    return _verdict(proof, places)
 
 
-def _verdict(proof: Proof) -> Verdict:
+def _real_places(state: State) -> int:
+    """The number of real places of the field of a leaf's conditions."""
+    return 1 if state.field == RATIONAL else count_real_roots(state.field)
+
+
+def _verdict(proof: Proof, places: tuple[int, ...]) -> Verdict:
     cases, leaves = len(proof.nodes), len(proof.leaves)
     implicit = sum(proof.is_implicit(node) for node in proof.nodes)
     if implicit:
         why = f"the cases hold, but {implicit} leaves only repeat the equations: implicit"
-        return Verdict(False, why, implicit=True, cases=cases)
-    return Verdict(True, f"{cases} cases hold: no singular configuration outside {leaves} leaves", cases=cases)
+        return Verdict(False, why, implicit=True, cases=cases, places=places)
+    why = f"{cases} cases hold: no singular configuration outside {leaves} leaves"
+    return Verdict(True, why, cases=cases, places=places)
 
 
 def _check_frame(proof: Proof, arm: Arm | None) -> None:

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 
+from robust_ik.certificates.checker.root_counting import count_real_roots
 from robust_ik.certificates.proof.case_tree import Coefficients, ExactPin, FieldBranch, Form, FormFactor, State
 from robust_ik.certificates.proof.counted_steps import spend
 from robust_ik.certificates.proof.field_elements import reduced
-from robust_ik.certificates.proof.real_roots import has_real_root
 
 
 class RefusedError(Exception):
@@ -68,13 +68,13 @@ def check_branch(state: State, factor: FormFactor, branch: FieldBranch) -> None:
     size = max(len(old), len(new), 2)
     total = [_at(old, i) + factor.multiple * _at(new, i) - (i == 1) for i in range(size)]
     require(not any(reduced(total, modulus)), "the new field's element is not θ + λ t")
-    require(branch.child >= 0 or not has_real_root(branch.field), "a branch with a real place was dropped")
+    require(branch.child >= 0 or not count_real_roots(branch.field), "a branch with a real place was dropped")
 
 
 def check_unreal(factor: FormFactor) -> None:
     """Checks that a factor has no real root, t = ∞ included."""
     values = univariate(factor.form)
-    require(values[-1] and not has_real_root(values), "a factor with a real root was dropped")
+    require(values[-1] and not count_real_roots(values), "a factor with a real root was dropped")
 
 
 def moved(value: Coefficients, branch: FieldBranch) -> Coefficients:

@@ -55,10 +55,15 @@ class ProofOutcome:
         """
         closed = arm is not None and proof.status in ("proved", "implicit")
         verdict = check(proof, arm=arm, rounds=1) if closed else None
+        by_leaf = [leaf.places for leaf in leaves(proof)] if verdict is not None and verdict.accepted else []
+        if verdict is not None and verdict.accepted and verdict.places != tuple(map(len, by_leaf)):
+            shown = sum(map(len, by_leaf))
+            why = f"refused: its leaves are at {sum(verdict.places)} real places, and {shown} would be listed"
+            verdict = replace(verdict, accepted=False, reason=why)
         if verdict is None or not verdict.accepted:
             return cls(proof, verdict, (), np.empty((0, chain.n)), *np.empty((2, 0), dtype=int))
         rng = np.random.default_rng(proof.corank)
-        places = tuple(place for leaf in leaves(proof) for place in leaf.places)
+        places = tuple(place for each in by_leaf for place in each)
         found = [members(place, rng, POINTS) for place in places]
         points = np.concatenate([np.empty((0, chain.n)), *found])
         points = polished(chain, points, proof.corank)
