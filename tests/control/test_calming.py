@@ -330,3 +330,16 @@ def test_scenarios_compare_methods_as_they_are_and_simulations_are_calm():
 def test_whether_it_calms_is_yes_or_no():
     with pytest.raises(rik.InputError, match="calm must be"):
         rik.VelocityController(rik.load("panda"), calm="yes")
+
+
+def test_the_way_back_from_a_singularity_is_slower_too():
+    robot, resolver = rik.load("ur5"), rik.TaskReconstruction(rik.JParse(0.01), bound=0.2)
+    q = moved_start(robot, np.array([0.3, -1.2, 0.4, -0.5, 0.9, 0.2]))
+    stays, asked = rik.FrameTask(robot.pose(q)), {}
+    for make in (rik.VelocityController, by_numpy):
+        for share in (1.0, 0.1):
+            controller = make(robot, resolver, ())
+            controller.calming.memory[:2] = share
+            asked[make, share] = controller.step(q, stays, 0.01).qdot
+        assert np.linalg.norm(asked[make, 1.0]) > 1e-3
+        np.testing.assert_allclose(asked[make, 0.1], 0.1 * asked[make, 1.0], atol=1e-9)
