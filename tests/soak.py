@@ -7,10 +7,11 @@ import argparse
 import copy
 import functools
 import itertools
+import math
 import os
 import sys
 import time
-from collections import Counter
+from collections import Counter, deque
 from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
@@ -266,7 +267,11 @@ def late(draw, ending):
     """The ending of an exact motion that still moves after a minute, or twelve seconds in short steps."""
     if draw.surroundings == "collision":  # step by step
         return ending
-    return closed_loop.run(draw, seconds=LONGER, steps=10**7)
+    for seconds in (LONGER / 10, LONGER / 4, LONGER):
+        ending = closed_loop.run(draw, seconds=seconds, steps=10**7)
+        if ending.speed < closed_loop.REST:
+            break
+    return ending
 
 
 ARRIVED = 1e-3
@@ -288,20 +293,39 @@ def soak_steps(wanted, seed, pool):
         print(f"  {status.name.lower():<11}{count:>10,}")
 
 
-def soak_loops(wanted, seed, pool, surroundings):
-    """The number of motions that shook or left the limits."""
+AHEAD = 16
+"""Chunks of motions that wait or are at work."""
+
+
+def in_turn(pool, tasks, until):
+    """The results of tasks, (function, *arguments), in their order; none is begun after a time of `perf_counter`."""
+    waiting = deque()
+    for task in tasks:
+        if time.perf_counter() >= until:
+            break
+        waiting.append(pool.submit(*task))
+        if len(waiting) == AHEAD:
+            yield waiting.popleft().result()
+    while waiting:
+        yield waiting.popleft().result()
+
+
+def soak_loops(wanted, seed, pool, surroundings, minutes=math.inf):
+    """The number of motions that shook or left the limits; no more are begun after so many minutes."""
     sizes = [min(LOOPS, wanted - done) for done in range(0, wanted, LOOPS)]
-    counts, broken, started = Counter(), [], time.perf_counter()
+    seeds = np.random.SeedSequence(seed).spawn(len(sizes))
+    counts, broken, made, started = Counter(), [], 0, time.perf_counter()
     with Progress() as bar:
         task = bar.add_task("motions", total=wanted)
-        seeds = np.random.SeedSequence(seed).spawn(len(sizes))
-        for size, found in zip(sizes, pool.map(loops, sizes, seeds, itertools.repeat(surroundings))):
+        tasks = ((loops, size, each, surroundings) for size, each in zip(sizes, seeds))
+        for found, size in zip(in_turn(pool, tasks, started + 60 * minutes), sizes):
             counts.update(found[0])
             broken += found[1]
+            made += size
             bar.update(task, advance=size)
     seconds = time.perf_counter() - started
     print(
-        f"{wanted:,} motions of {len(closed_loop.ARMS)} arms ({', '.join(surroundings)}) in {seconds:.0f} s, "
+        f"{made:,} motions of {len(closed_loop.ARMS)} arms ({', '.join(surroundings)}) in {seconds:.0f} s, "
         f"{len(broken)} shook or left the limits"
     )
     for name, count in counts.most_common():
@@ -371,6 +395,7 @@ def main():
         "--surroundings", nargs="+", choices=closed_loop.SURROUNDINGS, default=closed_loop.SURROUNDINGS,
         help="limits of the whole motions: those with collisions take a hundred times as long as the others",
     )  # fmt: skip
+    parser.add_argument("--minutes", type=float, default=math.inf, help="whole motions are begun for so long")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="processes")
     arguments = parser.parse_args()
@@ -379,7 +404,8 @@ def main():
             soak_steps(arguments.steps, arguments.seed, pool)
         if arguments.prepared:
             soak_prepared(arguments.prepared, arguments.seed, pool)
-        return int(arguments.loops and soak_loops(arguments.loops, arguments.seed, pool, arguments.surroundings) > 0)
+        told = arguments.loops, arguments.seed, pool, arguments.surroundings, arguments.minutes
+        return int(arguments.loops and soak_loops(*told) > 0)
 
 
 if __name__ == "__main__":

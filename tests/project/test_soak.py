@@ -2,6 +2,7 @@
 
 import dataclasses
 import inspect
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -173,3 +174,13 @@ def test_each_check_of_prepared_loops_can_fail(broken):
         qdot[1, 20, 3] = {"not finite": np.nan, "speed": 1.1, "acceleration": -0.5}[broken]
     with pytest.raises(AssertionError, match=broken):
         soak.check_runs(robot, limits, 0.01, starts, dataclasses.replace(found, q=q, qdot=qdot), "")
+
+
+def test_no_motion_is_begun_after_the_time_that_is_given(monkeypatch, capsys):
+    still = soak.closed_loop.Ending(0.0, 0.0, False, 0.0, 1.0)
+    monkeypatch.setattr(soak.closed_loop, "run", lambda draw, **_: still)
+    with ThreadPoolExecutor(1) as pool:
+        assert soak.soak_loops(1_200, 0, pool, ("joints",)) == 0
+        assert "1,200 motions of 12 arms (joints)" in capsys.readouterr().out
+        assert soak.soak_loops(1_200, 0, pool, ("joints",), minutes=0.0) == 0
+        assert "\n0 motions" in "\n" + capsys.readouterr().out.split("\n", 1)[-1]
