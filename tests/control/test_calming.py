@@ -1,6 +1,7 @@
 """An arm whose joints turn to and fro is asked for less until it is calm, whatever makes it shake."""
 
 import copy
+import itertools
 import math
 import pickle
 
@@ -90,15 +91,33 @@ def shaken(turns, speed=0.02):
     return noting
 
 
+class Waving(rik.FrameTask):
+    """A task of a user that moves its target by itself."""
+
+    up = 0.0
+
+    def equation(self, robot, q, *, hessian=False):
+        there = self.target.copy()
+        there[2, 3] += self.up
+        return rik.FrameTask(there, gain=self.gain).equation(robot, q, hessian=hessian)
+
+
 def test_what_tasks_of_ones_own_wave_is_followed_in_full():
     """Nobody can see whether they want the same as before."""
     robot = rik.load("panda")
-    for make in (rik.VelocityController(robot), by_numpy(robot, None, None)):
-        task = HeightTask(robot.pose(robot.rest)[2, 3], gain=30.0)
-        height, q = task.height, moved_start(robot, robot.rest)
+    at = robot.pose(robot.rest)
+    tasks = [HeightTask(at[2, 3], gain=30.0), Waving(at, gain=20.0)]
+    made = [make(robot, None, None) for make in (rik.VelocityController, by_numpy)]
+    for controller, task in itertools.product(made, tasks):
+        q = moved_start(robot, robot.rest)
+        controller.reset()
         for i in range(600):
-            object.__setattr__(task, "height", height + 0.03 * math.sin(2 * math.pi * 0.01 * i))
-            step = make.step(q, task, 0.01)
+            up = 0.03 * math.sin(2 * math.pi * 0.01 * i)
+            if isinstance(task, HeightTask):
+                object.__setattr__(task, "height", at[2, 3] + up)
+            else:
+                Waving.up = up
+            step = controller.step(q, task, 0.01)
             assert step.calmed == 1
             q = robot.integrate(q, 0.01 * step.qdot)
 
