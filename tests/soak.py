@@ -250,7 +250,9 @@ def loops(count, seed, surroundings=closed_loop.SURROUNDINGS):
             broken.append(f"shakes at {ending.speed:.3g}: {draw}")
         elif ending.error < ARRIVED:
             counts["arrived"] += 1
-        elif draw.noisy or ending.speed < closed_loop.REST:
+        elif draw.noisy:
+            counts["elsewhere with noise, without shaking"] += 1
+        elif ending.speed < closed_loop.REST:
             counts["creep, then rest elsewhere" if creeps else "rest elsewhere"] += 1
         else:
             counts["still on their way"] += 1

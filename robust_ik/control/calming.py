@@ -2,7 +2,8 @@
 
 In a closed loop an inverse, a limit, an acceleration limit, noise or lag may make an arm shake although each step keeps
 every promise: what a step changes is more than the next one can make up for. Whatever the cause, a smaller gain of the
-whole loop ends it. All levels ask for the same share of their velocities, so the arm takes the same way, only slower.
+whole loop ends it. All levels ask for the same share of their velocities, so the directions in which they want to move
+stay.
 
 A joint shakes when it has turned back SHAKES times in quick succession, each time after it was faster than PEAK of its
 speed limit; then the share falls, and falls faster if joints shake again. It stays while the tasks want what they

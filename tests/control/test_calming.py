@@ -40,23 +40,23 @@ def run(controller, q, stack, dt, steps):
     return q, np.array(asked), np.array(shares)
 
 
+def shaking(robot, qdot):
+    """The share of half seconds in which joints shake, from 8 s on."""
+    parts = [closed_loop.shaking(qdot[i : i + 25], robot.velocity_limit) for i in range(400, len(qdot), 25)]
+    return np.mean(parts)
+
+
 @pytest.mark.parametrize("inverse", STIFF, ids=repr)
 @pytest.mark.parametrize("name", ["xarm7", "ur10"])
-def test_no_inverse_shakes_beyond_reach_in_long_steps_and_some_do_if_they_may(inverse, name):
+def test_no_inverse_goes_on_shaking_beyond_reach_in_long_steps(inverse, name):
+    """Short bursts may come again as the arm creeps on; stiff ones shake nearly all the time without being calmed."""
     robot, q, task = beyond_reach(name)
     _, asked, _ = run(rik.VelocityController(robot, inverse), q, task, DT, 900)
-    assert not closed_loop.shaking(asked[-25:], robot.velocity_limit)
-
-
-def test_without_calming_these_loops_shake_for_ever():
-    shaking = []
-    for name in ("xarm7", "ur10"):
-        for inverse in STIFF[:2]:
-            robot, q, task = beyond_reach(name)
-            _, asked, shares = run(rik.VelocityController(robot, inverse, calm=False), q, task, DT, 900)
-            assert (shares == 1).all()
-            shaking.append(closed_loop.shaking(asked[-25:], robot.velocity_limit))
-    assert any(shaking)
+    assert shaking(robot, asked) < 0.25
+    if inverse in STIFF[:2]:
+        _, asked, shares = run(rik.VelocityController(robot, inverse, calm=False), q, task, DT, 900)
+        assert (shares == 1).all()
+        assert shaking(robot, asked) > 0.5
 
 
 def test_a_slow_swing_as_fast_as_acceleration_limits_allow_is_a_shaking_too():
@@ -337,13 +337,14 @@ def test_other_limits_keep_what_was_noted_and_a_new_run_forgets_it():
     assert controller.calming.share == 1
 
 
-def test_scenarios_compare_methods_as_they_are_and_simulations_are_calm():
+def test_simulations_are_calm_unless_methods_are_taken_as_they_are():
     robot, q, task = beyond_reach()
     asked = {}
     for calm in (True, False):
-        found = rik.simulate(robot, rik.JParse(0.01), [[task]], q, duration=10.0, dt=DT, calm=calm)
-        asked[calm] = closed_loop.shaking(found.qdot[-25:], robot.velocity_limit)
-    assert asked == {True: False, False: True}
+        found = rik.simulate(robot, rik.JParse(0.01), [[task]], q, duration=18.0, dt=DT, calm=calm)
+        asked[calm] = shaking(robot, found.qdot)
+    assert asked[True] < 0.25
+    assert asked[False] > 0.5
 
 
 def test_whether_it_calms_is_yes_or_no():
