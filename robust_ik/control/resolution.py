@@ -94,7 +94,10 @@ class Resolution:
         if slowed:
             yield f"Limits: {', '.join(slowed)}; q̇ lies on {listed(self.active, 6)}."
         if self.calmed < 1:
-            yield f"Joints turned to and fro: until it goes on, all levels ask for {self.calmed:.3g} of their speed."
+            yield (
+                f"Joints turned to and fro: all levels ask for {self.calmed:.3g} of their speed until the arm is elsewhere "
+                "or a target changes."
+            )
         for i, level in enumerate(self.levels, 1):
             if level.kinematic_corank:
                 yield f"Level {i} is singular, corank {level.kinematic_corank}."
