@@ -95,8 +95,8 @@ class Resolution:
             yield f"Limits: {', '.join(slowed)}; q̇ lies on {listed(self.active, 6)}."
         if self.calmed < 1:
             yield (
-                f"Joints turned to and fro: all levels ask for {self.calmed:.3g} of their speed until the arm is elsewhere "
-                "or a target changes."
+                f"Joints turned to and fro: all levels ask for {self.calmed:.3g} of their speed until the arm is "
+                "elsewhere or a target changes."
             )
         for i, level in enumerate(self.levels, 1):
             if level.kinematic_corank:
