@@ -155,7 +155,7 @@ def run(each, *, seconds=60.0, steps=12_000, start=None):
         found = loop.runs(q[None], count, **how)
         asked, all_q = found.qdot[0], found.q[0]
     else:
-        asked, all_q = _stepped(each, controller, stack, q, count, last)
+        asked, all_q = _stepped(each, loop, q, count, last)
     values, tail = robot.joint_values(all_q), np.array(asked[-last:])
     outside = float(np.max(np.maximum(values - upper, lower - values)))
     shakes = noise_shakes(tail, each.dt) if each.noisy else shaking(tail, speeds)
@@ -163,13 +163,13 @@ def run(each, *, seconds=60.0, steps=12_000, start=None):
     return Ending(error, float(np.abs(tail).max()), shakes, outside, len(asked) * each.dt)
 
 
-def _stepped(each, controller, stack, q, count, last):
+def _stepped(each, loop, q, count, last):
     """Velocities and configurations of a motion step by step, until it rests."""
-    robot, rng = controller.robot, np.random.default_rng(each.seed)
+    robot, rng = loop.controller.robot, np.random.default_rng(each.seed)
     moving, asked, all_q = np.zeros(robot.n), [], []
     for taken in range(count):
         measured = robot.integrate(q, NOISE * rng.normal(size=robot.n)) if each.noisy else q
-        asked.append(controller.step(measured, stack, each.dt).qdot)
+        asked.append(loop.step(measured).copy())
         moving = moving + (1 - np.exp(-each.dt / LAG) if each.noisy else 1.0) * (asked[-1] - moving)
         q = robot.integrate(q, each.dt * moving)
         all_q.append(q)

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, as_array, as_measures, checked_out, checked_parameter, is_plain
 from robust_ik.control.bounds import Bounds
+from robust_ik.control.compiled_loop.compiled_steps import Unkept
 from robust_ik.control.compiled_loop.control_program import Place
 from robust_ik.control.compiled_loop.many_runs import MOST_SEED, LoopRuns, RunPlan, make_runs, places_of
 from robust_ik.control.resolution import Resolution
@@ -163,6 +164,7 @@ class ControlLoop:
             self._program.begin(self.controller.qdot)
         self._found: Resolution | None = None
         self._rows: Bounds | None = None
+        self._unkept: Unkept | None = None
 
     def step(self, q: Array, out: Array | None = None) -> Array:
         """Joint velocities for the step from q.
@@ -290,7 +292,8 @@ class ControlLoop:
         n, robot = len(out) if type(out) is np.ndarray else -1, self.controller.robot
         if self._program is None or not (is_plain(q, robot.nq) and n == robot.n and is_plain(out, n)):
             return UNLIKE
-        self._rows = self.controller.compiled.prepared(self._program, q, out)
+        made = self.controller.compiled.prepared(self._program, q, out)
+        self._rows, self._unkept = (made, None) if isinstance(made, Bounds) else (None, made)
         return UNLIKE if self._rows is None else DONE
 
     def _otherwise(self, q: ArrayLike, out: Array) -> Array:
@@ -304,7 +307,11 @@ class ControlLoop:
         if program is not None:
             program.keep()
             self.controller.qdot = program.last
-        found = self.controller.step(q, self._levels, self.dt)
+        unkept, self._unkept = self._unkept, None
+        if unkept is None:
+            found = self.controller.step(q, self._levels, self.dt)
+        else:
+            found = self.controller.finish(as_measures(q, "q", ()), self._levels, self.dt, unkept)
         out[:] = found.qdot
         self._found = found
         if program is not None:

@@ -14,7 +14,7 @@ from robust_ik.checks import Array, as_measures, checked_parameter, is_plain
 from robust_ik.checks.public_arguments import check_type
 from robust_ik.control.bounds import CONTRADICTION, Bounds
 from robust_ik.control.calming import Calming
-from robust_ik.control.compiled_loop.compiled_steps import CompiledSteps
+from robust_ik.control.compiled_loop.compiled_steps import CompiledSteps, Unkept
 from robust_ik.control.compiled_loop.control_program import ControlProgram
 from robust_ik.control.length_scale import chosen_length_scale
 from robust_ik.control.limits import JointLimits, Limit
@@ -168,14 +168,17 @@ class VelocityController:
             q = np.array(as_measures(q, "q", ()))
             if q.ndim != 1:
                 raise InputError(f"a step takes one configuration, (nq,), got shape {q.shape}")
-        found = self.compiled.step(q, levels, dt, self.begun(dt), self.qdot, self.calming)
-        if found is not None:
-            self.qdot, self._drives = found.qdot, {}
-            return found
-        q = as_measures(q, "q", ())
-        dt = checked_parameter("dt", dt, above=0)
+        made = self.compiled.step(q, levels, dt, self.begun(dt), self.qdot, self.calming)
+        if isinstance(made, Resolution):
+            self.qdot, self._drives = made.qdot, {}
+            return made
+        return self.finish(as_measures(q, "q", ()), levels, checked_parameter("dt", dt, above=0), made)
+
+    def finish(self, q: Array, levels: Levels, dt: float, made: Unkept | None) -> Resolution:
+        """A step of which compiled code has made nothing, or one that must be slower; arguments are checked already."""
         problem = self._problem(q, levels, dt)
-        resolution = self._within_shares(q, problem, self._resolved(q, problem, dt))
+        found = self._resolved(q, problem, dt) if made is None else self._slowed(q, problem, made.found, dt)
+        resolution = self._within_shares(q, problem, found)
         self.qdot = resolution.qdot
         self.calming.watch(resolution.qdot / self._units.joints, dt)
         return resolution

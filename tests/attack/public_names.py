@@ -47,7 +47,7 @@ LEFT_OUT = {
 }
 PLUMBING = {
     "TaskEquation", "Settled", "Wish", "VelocityProblem", "Quantity", "VelocityLevel", "Description", "Visualizer",
-    "Arm", "Bounds",
+    "Arm", "Bounds", "Unkept",
 }  # fmt: skip
 """Types that only parts of the package pass to each other, or whoever writes a new part."""
 PIECES = {"inverse_of", "factors", "squared_damping", "level", "levels", "damping_for", "peak", "gains_of"}

@@ -16,7 +16,7 @@ from robust_ik.control.compiled_loop.control_program import form_of
 from robust_ik.control.compiled_loop.resolver_program import is_compilable
 from robust_ik.control.resolvers import task_reconstruction, weighted_priority
 from robust_ik.control.tasks import measure_climbing, singular_value
-from robust_ik.control.within_bounds import acceleration_ramp, active_set, bounded_qp, motion_cost
+from robust_ik.control.within_bounds import acceleration_ramp, active_set, bounded_qp, feasible_start, motion_cost
 from robust_ik.control.within_bounds import level_fit as fit_by_numpy
 from robust_ik.inverses.task_equation import TaskEquation
 from robust_ik.kernels.control import (
@@ -24,12 +24,13 @@ from robust_ik.kernels.control import (
     frame_motion,
     level_fit,
     level_freedom,
-    polyhedron_projection,
     pose_rows,
     reconstructed_motion,
     resolve_levels,
     weighted_levels,
 )
+from robust_ik.kernels.within_bounds import feasible_start as compiled_start
+from robust_ik.kernels.within_bounds import polyhedron_projection
 from robust_ik.kinematics import svd
 from tests.cases_resolvers import RESOLVERS
 from tests.soak import random_limits, random_stack, random_start
@@ -447,7 +448,9 @@ def test_numbers_that_kernels_repeat_are_those_of_numpy():
     assert pytest.approx(fit_by_numpy.SHARE_PRICE**-0.5, rel=1e-15) == level_fit.SHARE_SCALE
     assert level_fit.ROUNDING == bounds.ROUNDING
     assert level_fit.ALL_BUT == 1 - bounded_qp.ALL_BUT
-    assert resolve_levels.SHORT == bounds.CONTRADICTION / 2
+    assert bounds.CONTRADICTION / 2 == compiled_start.SHORT
+    for name in ("PRICE", "ROUNDS", "INSIDE"):
+        assert getattr(compiled_start, name) == getattr(feasible_start, name)
     assert resolve_levels.EVEN == acceleration_ramp.EVEN
     assert weighted_levels.REGULARISATION == bounded_qp.REGULARISATION
     assert weighted_levels.LEAST == weighted_priority.LEAST

@@ -53,6 +53,17 @@ class UnreadReport:
         return self.steps.report(self.left, self.rows)
 
 
+@dataclass(frozen=True, eq=False)
+class Unkept:
+    """A resolved step that breaks a limit at its end, whatever was asked for more: it can only be slower.
+
+    Attributes:
+        found: The step.
+    """
+
+    found: Resolution
+
+
 class CompiledSteps:
     """The compiled steps of one controller.
 
@@ -105,7 +116,7 @@ class CompiledSteps:
 
     def step(
         self, q: Array, levels: Levels, dt: float, resolver: Resolver, previous: Array, calming: Calming
-    ) -> Resolution | None:
+    ) -> Resolution | Unkept | None:
         """A step, as `VelocityController.step`; None if NumPy has to make it, or to say what is wrong.
 
         Args:
@@ -132,12 +143,13 @@ class CompiledSteps:
                 return None
             program.keep()
         else:
-            rows = self._within_rows(program, q, out, rows, previous)
-            if rows is None:
-                return None
+            made = self._within_rows(program, q, out, rows, previous)
+            if not isinstance(made, Bounds):
+                return made
+            rows = made
         return self.unread(program, out, rows)
 
-    def prepared(self, program: ControlProgram, q: Array, out: Array) -> Bounds | None:
+    def prepared(self, program: ControlProgram, q: Array, out: Array) -> Bounds | Unkept | None:
         """A step of a prepared loop whose bounds are computed outside of compiled code in part.
 
         Args:
@@ -146,16 +158,16 @@ class CompiledSteps:
             out: Array for the velocities, (n,).
 
         Returns:
-            The bounds of limits that are not computed in compiled code; None if NumPy has to make the step, or to say
-            what is wrong: then the memory is as before.
+            The bounds of limits that are not computed in compiled code; a step that has to be slower; None if NumPy has
+            to make the step, or to say what is wrong. In both of these cases the memory is as before.
         """
         previous = program.last
         program.keep()
         rows = self._bounds(self._others, q, previous, program.dt)
-        found = None
+        found: Bounds | Unkept | None = None
         if len(rows.floor) <= program.room:
             found = self._within_rows(program, q, out, rows, previous)
-        if found is None:
+        if not isinstance(found, Bounds):
             program.begin(previous)
         return found
 
@@ -225,8 +237,13 @@ class CompiledSteps:
 
     def _within_rows(
         self, program: ControlProgram, q: Array, out: Array, rows: Bounds, previous: Array
-    ) -> Bounds | None:
-        """Makes a step that keeps limits of rows at its end too; the bounds it was found in, or None."""
+    ) -> Bounds | Unkept | None:
+        """Makes a step that keeps limits of rows at its end too; see `prepared`, and `VelocityController._resolved`.
+
+        Of a step that has to be slower, stopped levels are remembered.
+        """
+        found: Resolution | None = None
+        fewest = 0
         for _ in range(ATTEMPTS):
             if self._joint is not None:
                 program.put_rows(rows)
@@ -235,14 +252,21 @@ class CompiledSteps:
             program.begin(previous)
             if program.step(q, out) != DONE:
                 return None
+            yielded = program.yielded(rows)
             tighter = self.tightened(q, out, program.dt, rows)
             if tighter is None:
                 program.keep()
                 return rows
+            if found is not None and yielded > fewest:
+                break  # no more can be asked for
             if len(tighter.floor) > program.room:
                 return None
+            found, fewest = self.unread(program, out.copy(), rows), yielded
             rows = tighter
-        return None
+        if found is None:
+            return None
+        program.keep_stopped()
+        return Unkept(found)
 
     def tightened(self, q: Array, qdot: Array, dt: float, bounds: Bounds) -> Bounds | None:
         """The tighter bounds of the first limit that asks for them; None if no limit does."""

@@ -35,7 +35,7 @@ from robust_ik.control.tasks.compiled_form import CompiledForm, entries_of
 from robust_ik.inverses.task_equation import TaskEquation
 from robust_ik.kernels.chain import chain_layout as links
 from robust_ik.kernels.control import control_layout as slots
-from robust_ik.kernels.control.control_layout import MOST
+from robust_ik.kernels.control.control_layout import FIRST_STAGE, MOST, SECOND_STAGE
 from robust_ik.robot.robot import Robot
 
 POSE = 12
@@ -117,7 +117,7 @@ class Snapshot:
 
     Attributes:
         program: The program.
-        desk: A copy of the desk.
+        desk: A copy of the desk, but for its scratch.
         row_units: The units of the rows of each level.
         units: The controller's units.
     """
@@ -155,13 +155,37 @@ class Snapshot:
         at, n = int(self.program[slots.QDOT]), int(self.program[slots.JOINTS])
         share = float(self.desk[int(self.program[slots.CALM]) + slots.CALM_NOW])
         equations = tuple(each.equation_at(share) for each in levels)
-        problem = VelocityProblem(equations, units.bounds(bounds), self.dt, share)
+        problem = VelocityProblem(equations, self._yielded(units.bounds(bounds)), self.dt, share)
         shares = [float(each.found[slots.SHARE]) for each in levels]
         found = verdict(problem, self.desk[at : at + n].copy(), shares, [each.reduced for each in levels])
         if units.length == 1.0:
             return found
         metric = tuple(replace(each, residual=each.residual * rows) for each, rows in zip(found.levels, self.row_units))
         return replace(found, qdot=readonly(found.qdot * units.joints), levels=metric)
+
+    def _yielded(self, bounds: Bounds) -> Bounds:
+        """Bounds, in the controller's units, with the rows that the step has not kept among what yielded."""
+        count, at = len(bounds.floor), int(self.program[slots.FLOOR])
+        floors, _, marks = self.desk[at : at + 3 * count].reshape(3, count)
+        if not marks.any():
+            return bounds
+        ramped = _is_ramped(self.program)
+        names = _yielding(bounds.row_cause, marks, once=ramped)
+        if ramped:  # as by `priority_resolver`: found with the bounds as they were asked for
+            return replace(bounds, contradictions=tuple(dict.fromkeys([*bounds.contradictions, *names])))
+        return replace(bounds, floor=np.minimum(bounds.floor, floors), contradictions=(*bounds.contradictions, *names))
+
+
+def _is_ramped(program: Array) -> bool:
+    """Whether levels are resolved first, and velocities change towards them then."""
+    return bool(program[slots.HURRIED] > 0 and program[slots.RESOLVER] == slots.WALK)
+
+
+def _yielding(causes: Sequence[str], marks: Array, *, once: bool) -> list[str]:
+    """The causes of marked rows, in the order in which they yielded; each of them once if so asked."""
+    stages = marks.astype(int)
+    names = [cause for stage in (FIRST_STAGE, SECOND_STAGE) for cause, mark in zip(causes, stages) if mark & stage]
+    return list(dict.fromkeys(names)) if once else names
 
 
 class ControlProgram(ResolverProgram):
@@ -348,9 +372,21 @@ class ControlProgram(ResolverProgram):
         self.eased[:], self.calmed[:] = stopped, calmed
         self.keep()
 
+    def yielded(self, bounds: Bounds) -> int:
+        """How many limits have yielded to others among the rows of these bounds, in the step on the desk."""
+        count = len(bounds.floor)
+        marks = self.view(slots.FLOOR, 3, count)[2]
+        if not marks.any():
+            return 0
+        return len(_yielding(bounds.row_cause, marks, once=_is_ramped(self.program)))
+
     def keep(self) -> None:
         """Takes over the memory that the step has left."""
         self.calming.memory[:] = self.calmed
+        self.keep_stopped()
+
+    def keep_stopped(self) -> None:
+        """Takes over what the step has left of levels that were stopped."""
         if self.eased_limiters:
             for limiter, speed in zip(self.eased_limiters, self.eased.tolist()):
                 limiter.speed = speed
@@ -382,7 +418,9 @@ class ControlProgram(ResolverProgram):
 
     def snapshot(self) -> Snapshot:
         """What the last step has left on the desk, to make its report from."""
-        return Snapshot(self.program, self.desk.copy(), self._units_of_rows, self._units)
+        return Snapshot(
+            self.program, self.desk[: int(self.program[slots.SCRATCH])].copy(), self._units_of_rows, self._units
+        )
 
     def takes(self, levels: Levels, dt: float) -> bool:
         """Takes over the tasks of a stack, if it is of this structure, and steps of this length."""

@@ -31,6 +31,7 @@ from robust_ik.control.within_bounds.null_space import Freedom, Reduced
 from robust_ik.inverses import GainFormula, RobustInverse, SingularValueFilter
 from robust_ik.inverses.task_equation import TaskEquation
 from robust_ik.kernels.control import control_layout as slots
+from robust_ik.kernels.within_bounds.bounds_layout import scratch_of
 
 
 def limiter_code(limiter: Limiter) -> int | None:
@@ -246,8 +247,7 @@ class ResolverProgram:
         take(slots.EASED, max(len(rows), 1))
         take(slots.CALM, slots.CALMING + slots.REMEMBERED * n)
         take(slots.BOUND_ROWS, room * n)
-        take(slots.FLOOR, room)
-        take(slots.SCRATCH, (n + 1 + room) * (n + 1) + 2 * (n + 1) + room)
+        take(slots.FLOOR, 3 * room)
         for at, count in self._more_room():
             take(at, count)
         for level, m in enumerate(rows):
@@ -259,6 +259,7 @@ class ResolverProgram:
             }  # fmt: skip
             for place, count in sizes.items():
                 take(at + place, count)
+        take(slots.SCRATCH, max((n + 1 + room) * (n + 1) + 2 * (n + 1) + room, scratch_of(n, room)))
         return size
 
     def _more_room(self) -> list[tuple[int, int]]:

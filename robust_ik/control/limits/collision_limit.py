@@ -171,16 +171,22 @@ class CollisionLimit(Limit):
         rows = here.rows(contacts)
         if not contacts:
             return Bounds.of_rows(rows, np.zeros(0), ())
+        floor, acting = self._dampers(contacts, rows, dt)
+        causes = tuple(self._causes[pair] for pair, _ in compress(contacts, acting))
+        if not all(acting):
+            rows, floor = rows[acting], floor[acting]
+        return Bounds.of_rows(rows, floor, causes)
+
+    def _dampers(self, contacts: Sequence[tuple[int, Contact]], rows: Array, dt: float) -> tuple[Array, list[bool]]:
+        """The floors of the rows of contacts, (r,), and which of them act.
+
+        A distance that no joint can change must not contradict others.
+        """
         spare = np.array([there.distance for _, there in contacts]) - self.distance
         fastest = np.minimum(self.recovery_speed, np.abs(rows) @ self._reach)
-        floor = np.minimum(fastest, -min(self.gain, 1 / dt) * spare)
-        # A distance that no joint can change must not contradict others.
-        square = np.einsum("ij,ij->i", rows, rows)
-        kept = [LEAST_ROW**2 < each < np.inf for each in square.tolist()]
-        causes = tuple(self._causes[pair] for pair, _ in compress(contacts, kept))
-        if not all(kept):
-            rows, floor = rows[kept], floor[kept]
-        return Bounds.of_rows(rows, floor, causes)
+        squares = np.einsum("ij,ij->i", rows, rows)
+        acting = [LEAST_ROW**2 < each < np.inf for each in squares.tolist()]
+        return np.minimum(fastest, -min(self.gain, 1 / dt) * spare), acting
 
     def tightened(self, robot: Robot, q: Array, qdot: Array, dt: float, bounds: Bounds) -> Bounds | None:
         """What is asked for more of pairs whose distance the step would bring below `distance`, and below what it was.
@@ -200,40 +206,46 @@ class CollisionLimit(Limit):
         if not after:
             return None
         carried = there.carried(here, after)
-        for (index, ending), row, back in zip(after, here.rows(carried), carried):
+        rows = here.rows(carried)
+        floors, acting = self._dampers(carried, rows, dt)
+        for (index, ending), row, floor, acts in zip(after, rows, floors.tolist(), acting):
             missing = min(before[index].distance if index in before else np.inf, self.distance) - ending.distance
-            bounds = self._asked(here, qdot, dt, bounds, back, row, missing)
+            more = OVER * missing / dt if missing > NEARER else 0.0
+            bounds = self._asked(bounds, self._causes[index], row, floor if acts else None, more, qdot, dt)
         return None if bounds is given else bounds
 
     def _asked(
-        self,
-        here: PlacedPairs,
-        qdot: Array,
-        dt: float,
-        bounds: Bounds,
-        there: tuple[int, Contact],
-        row: Array,
-        missing: float,
+        self, bounds: Bounds, cause: str, row: Array, floor: float | None, more: float, qdot: Array, dt: float
     ) -> Bounds:
-        """The bounds, with what is asked for more of points of a pair that the step brings too near by `missing`, m."""
-        more = OVER * missing / dt if missing > NEARER else 0.0
-        place = self._row_of(bounds, self._causes[there[0]], row)
+        """The bounds, with what is asked for more of points where a step ends.
+
+        Args:
+            bounds: The bounds.
+            cause: The cause of the pair's rows.
+            row: How the distance of the points changes, (n,).
+            floor: Its damper's floor, m/s; None if joints do not change it.
+            more: How much faster the points should part than in the step, m/s; 0 if that does not bring them too near.
+            qdot: The step, (n,).
+            dt: Its length, s.
+        """
+        place = self._row_of(bounds, cause, row)
         if place is not None and not more:
             return bounds
         if place is not None:
-            floor = bounds.floor.copy()
-            floor[place] = max(floor[place], bounds.rows[place] @ qdot + more)
-            return replace(bounds, floor=floor)
-        added = self._bounds(here, [there], dt)
-        rate = added.rows @ qdot
-        damped = added.floor > rate + NEARER / dt
-        if not (damped.any() or (more and len(rate))):
+            raised = bounds.floor.copy()
+            raised[place] = max(raised[place], bounds.rows[place] @ qdot + more)
+            return replace(bounds, floor=raised)
+        if floor is None:
+            return bounds
+        rate = float(row @ qdot)
+        damped = floor > rate + NEARER / dt
+        if not (damped or more):
             return bounds
         return replace(
             bounds,
-            rows=np.concatenate([bounds.rows, added.rows]),
-            floor=np.concatenate([bounds.floor, np.where(damped, added.floor, rate + more)]),
-            row_cause=bounds.row_cause + added.row_cause,
+            rows=np.concatenate([bounds.rows, row[None]]),
+            floor=np.append(bounds.floor, floor if damped else rate + more),
+            row_cause=(*bounds.row_cause, cause),
         )
 
     def _row_of(self, bounds: Bounds, cause: str, row: Array) -> int | None:

@@ -204,17 +204,20 @@ class PlacedPairs:
         Returns:
             The same points there, with the normals as they were, and the distances along these.
         """
-        before, after = self.poses, elsewhere.poses
-        found = []
-        for pair, each in contacts:
-            points = []
-            for solid, point in zip(self._pairs.members[pair], (each.point_a, each.point_b)):
-                body = self._pairs.body[solid]
-                local = before[body, :3, :3].T @ (point - before[body, :3, 3])
-                points.append(after[body, :3, :3] @ local + after[body, :3, 3])
-            distance = float(each.normal @ (points[1] - points[0]))
-            found.append((pair, Contact(distance, each.normal, *points)))
-        return found
+        pairs, found = [pair for pair, _ in contacts], [there for _, there in contacts]
+        points_a = self._moved(elsewhere, self._pairs.first[pairs], [there.point_a for there in found])
+        points_b = self._moved(elsewhere, self._pairs.second[pairs], [there.point_b for there in found])
+        return [
+            (pair, Contact(float(there.normal @ (b - a)), there.normal, a, b))
+            for pair, there, a, b in zip(pairs, found, points_a, points_b)
+        ]
+
+    def _moved(self, elsewhere: PlacedPairs, solids: NDArray[np.int_], points: list[Array]) -> Array:
+        """Points of solids carried along by their bodies, (N, 3)."""
+        body = self._pairs.body[solids]
+        before, after = self.poses[body], elsewhere.poses[body]
+        local = (_stacked(points) - before[:, :3, 3])[:, None] @ before[:, :3, :3]
+        return np.asarray((local @ after[:, :3, :3].transpose(0, 2, 1))[:, 0] + after[:, :3, 3])
 
 
 class RecentPlaces(threading.local):

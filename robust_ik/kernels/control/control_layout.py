@@ -14,7 +14,8 @@ LOWER, UPPER, SPEEDS, LAST = 10, 11, 12, 13
 LONG_LOWER, LONG_UPPER = 14, 15
 """Places of the box without acceleration limits."""
 BOUND_ROWS, FLOOR = 16, 17
-"""Places of the rows of the bounds and of their floors."""
+"""Places of the rows of the bounds and, so many numbers each, of their floors, of those that were asked for, and of
+marks at those that are not kept, see FIRST_STAGE."""
 QDOT, MOTION, SCRATCH, EASED = 18, 19, 20, 21
 """Places of the joint velocities, of a level's motion, of room for a program, of the levels' last speeds."""
 CONFIGURATION, LENGTH, MAP = 22, 23, 24
@@ -36,6 +37,8 @@ WAY_BACK, COMPENSATED = 32, 33
 CALM, TURNING = 34, 35
 """The place on the desk of what is remembered of joints that turn back, see CALM_SHARE; and the place in the program of
 the speed from which on a joint's turning counts and of how much longer it is remembered, (2, n); 0 if none counts."""
+FIRST_STAGE, SECOND_STAGE = 1, 2
+"""What is added to the mark of a row that is not kept where the levels begin, and where acceleration limits do."""
 HEAD = 40
 """Numbers before the records of the levels."""
 

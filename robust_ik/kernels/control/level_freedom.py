@@ -26,9 +26,9 @@ from robust_ik.kernels.compiler.stack_memory import (
 )
 from robust_ik.kernels.control import control_layout as slots
 from robust_ik.kernels.control.calming import asked_share
-from robust_ik.kernels.control.polyhedron_projection import dot
 from robust_ik.kernels.matrices.small_svd import decompose_some
 from robust_ik.kernels.matrices.svd_side_by_side import decompose_eight, from_lane, into_lane
+from robust_ik.kernels.within_bounds.polyhedron_projection import dot
 
 RANK_TOLERANCE = 1e-12
 """As `kinematics.svd.RANK_TOLERANCE`."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from robust_ik.kernels.compiler.compiling import called, inlined
+from robust_ik.kernels.compiler.compiling import called
 from robust_ik.kernels.compiler.simd_lanes import Number, where
 from robust_ik.kernels.compiler.stack_memory import ONE, Pointer, Sizes, further, stack
 from robust_ik.kernels.control import control_layout as slots
@@ -18,27 +18,28 @@ from robust_ik.kernels.control.level_freedom import (
     reduce,
     steady,
 )
-from robust_ik.kernels.control.polyhedron_projection import dot
 from robust_ik.kernels.control.reconstructed_motion import reconstructed
-
-SHORT = 0.5e-9
-"""A row below its floor by more than this is not kept; half of `bounds.CONTRADICTION`, as in `feasible_start`."""
-
-
-@inlined
-def clip(value: Number, lower: Number, upper: Number) -> Number:
-    """The nearest value between the bounds."""
-    return min(max(value, lower), upper)
+from robust_ik.kernels.within_bounds.feasible_start import clip, feasible_start
+from robust_ik.kernels.within_bounds.polyhedron_projection import dot
 
 
 @called
-def keeps_rows(program: Pointer, desk: Pointer, qdot: Pointer) -> bool:
-    """Whether no row of the bounds is below its floor."""
-    n, kept = int(program[slots.JOINTS]), True
-    rows, floor = further(desk, int(program[slots.BOUND_ROWS])), further(desk, int(program[slots.FLOOR]))
-    for r in range(int(program[slots.ROWS])):
-        kept &= dot(further(rows, r * n), qdot, n) >= floor[r] - SHORT
-    return kept
+def start_inside(program: Pointer, desk: Pointer, lower: Pointer, upper: Pointer, near: Pointer, mark: float) -> bool:
+    """Puts QDOT inside the bounds, close to `near`, and lowers floors that are missed; False where NumPy has to."""
+    n, count = int(program[slots.JOINTS]), int(program[slots.ROWS])
+    qdot, floor = further(desk, int(program[slots.QDOT])), further(desk, int(program[slots.FLOOR]))
+    told, yielded = further(floor, count), further(floor, 2 * count)
+    for r in range(count):
+        if mark == slots.FIRST_STAGE:
+            told[r], yielded[r] = floor[r], 0.0
+        else:
+            floor[r] = told[r]
+    return bool(
+        feasible_start(
+            further(desk, int(program[slots.BOUND_ROWS])), floor, yielded, count, lower, upper, near, n, mark,
+            further(desk, int(program[slots.SCRATCH])), qdot,
+        )
+    )  # fmt: skip
 
 
 @called
@@ -232,7 +233,7 @@ def reached(program: Pointer, desk: Pointer, level: int, aim: Pointer, start: Po
 
 @called
 def begin(program: Pointer, desk: Pointer) -> None:
-    """Puts QDOT where the levels begin: at rest, or as near to it as the bounds allow."""
+    """Puts QDOT where the levels begin: at rest, or as near to it as the box allows."""
     qdot = further(desk, int(program[slots.QDOT]))
     lower, upper = further(desk, int(program[slots.LONG_LOWER])), further(desk, int(program[slots.LONG_UPPER]))
     for c in range(int(program[slots.JOINTS])):
@@ -241,23 +242,28 @@ def begin(program: Pointer, desk: Pointer) -> None:
 
 @called
 def hurry(program: Pointer, desk: Pointer) -> bool:
-    """Replaces QDOT by what acceleration limits allow of it; False if its start does not keep the bounds' rows."""
-    n, qdot = int(program[slots.JOINTS]), further(desk, int(program[slots.QDOT]))
+    """Replaces QDOT by what acceleration limits allow of it; False where NumPy has to."""
     lower, upper = further(desk, int(program[slots.LOWER])), further(desk, int(program[slots.UPPER]))
-    last = further(desk, int(program[slots.LAST]))
+    if not start_inside(
+        program, desk, lower, upper, further(desk, int(program[slots.LAST])), float(slots.SECOND_STAGE)
+    ):
+        return False
+    ramp(program, desk)
+    return True
+
+
+@called
+def rest(n: int, qdot: Pointer) -> None:
+    """Fills in zeros."""
     for c in range(n):
-        qdot[c] = clip(last[c], lower[c], upper[c])
-    kept = keeps_rows(program, desk, qdot)
-    if kept:
-        ramp(program, desk)
-    return kept
+        qdot[c] = 0.0
 
 
 @called
 def resolve(program: Pointer, desk: Pointer, first: int, given: bool, width: Sizes) -> int:
     """Resolves the levels from `first` on, then ramps; returns a status.
 
-    Starts that do not keep the rows of the bounds, for which `feasible_start` has to look, are UNCERTAIN.
+    Starts with more rows below their floors than there is room for are UNCERTAIN: NumPy makes such a step.
 
     Args:
         program: See `control_layout`.
@@ -268,8 +274,10 @@ def resolve(program: Pointer, desk: Pointer, first: int, given: bool, width: Siz
     """
     levels, qdot = int(program[slots.LEVELS]), further(desk, int(program[slots.QDOT]))
     if first == 0 and not given:
-        begin(program, desk)
-        if not keeps_rows(program, desk, qdot):
+        lower, upper = further(desk, int(program[slots.LONG_LOWER])), further(desk, int(program[slots.LONG_UPPER]))
+        still = stack(0.0, ONE, VECTOR)
+        rest(int(program[slots.JOINTS]), still)
+        if not start_inside(program, desk, lower, upper, still, float(slots.FIRST_STAGE)):
             return slots.UNCERTAIN
     for level in range(first, levels):
         if not resolve_level(program, desk, level, given and level == first, width):

@@ -20,8 +20,9 @@ from robust_ik.kernels.control.level_freedom import (
     reduce_to,
     steady,
 )
-from robust_ik.kernels.control.polyhedron_projection import dot, nearest_inside
-from robust_ik.kernels.control.resolve_levels import clip, keeps_rows, missing_of
+from robust_ik.kernels.control.resolve_levels import missing_of, rest, start_inside
+from robust_ik.kernels.within_bounds.feasible_start import clip
+from robust_ik.kernels.within_bounds.polyhedron_projection import dot, nearest_inside
 
 REGULARISATION = 1e-9
 """As `bounded_qp.REGULARISATION`."""
@@ -33,7 +34,7 @@ LEAST = 1e-12
 def weigh_levels(program: Pointer, desk: Pointer, width: Sizes) -> int:
     """Fills QDOT with the velocities that resolve all levels at once; a status.
 
-    Starts that do not keep the rows of the bounds, for which `feasible_start` has to look, are UNCERTAIN.
+    Starts with more rows below their floors than there is room for are UNCERTAIN: NumPy makes such a step.
 
     Args:
         program: See `control_layout`.
@@ -43,9 +44,8 @@ def weigh_levels(program: Pointer, desk: Pointer, width: Sizes) -> int:
     n, levels, qdot = int(program[slots.JOINTS]), int(program[slots.LEVELS]), further(desk, int(program[slots.QDOT]))
     lower, upper = further(desk, int(program[slots.LOWER])), further(desk, int(program[slots.UPPER]))
     free, metric, share = stack(0.0, ONE, VECTOR), stack(0.0, ONE, MATRIX), 1.0
-    for c in range(n):
-        qdot[c] = clip(0.0, lower[c], upper[c])
-    if not keeps_rows(program, desk, qdot):
+    rest(n, free)
+    if not start_inside(program, desk, lower, upper, free, float(slots.FIRST_STAGE)):
         return slots.UNCERTAIN
     wish(program, desk, free, metric, width)
     inside = contains(program, desk, lower, upper, free)

@@ -9,9 +9,10 @@ import math
 
 from robust_ik.kernels.compiler.compiling import called
 from robust_ik.kernels.compiler.stack_memory import ONE, Pointer, further, sizes, stack
+from robust_ik.kernels.within_bounds.bounds_layout import UNKNOWNS
 
-ROOM = sizes(40)
-"""Room for the unknowns: as many as joints, and one more."""
+ROOM = sizes(UNKNOWNS)
+"""Room for the unknowns."""
 SAME = 1e-10
 """Unit rows with a smaller slope than this along a unit step do not stop it; as in `active_set`."""
 ROUNDING = 1e-11
