@@ -107,6 +107,21 @@ def full_svd(J: Array) -> ThinSVD:
     return _decomposed(J, full=J.shape[-2] < J.shape[-1])
 
 
+def whole_svd(J: Array) -> ThinSVD:
+    """The decomposition with all left and all right singular vectors, for any shape.
+
+    Args:
+        J: Finite matrices, (..., m, n); not checked.
+
+    Returns:
+        U (..., m, m), s (..., k) and Vt (..., n, n).
+    """
+    if J.shape[-2] <= J.shape[-1]:
+        return full_svd(J)
+    turned = full_svd(np.swapaxes(J, -1, -2))
+    return ThinSVD(np.swapaxes(turned.Vt, -1, -2), turned.s, np.swapaxes(turned.U, -1, -2))
+
+
 def singular_values(J: Array) -> Array:
     """The singular values alone, (..., k), descending, of finite matrices (..., m, n), which are not checked."""
     m, n = J.shape[-2:]

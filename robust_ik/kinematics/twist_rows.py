@@ -45,6 +45,13 @@ def movable_rows(rows: Sequence[str], deficient: Callable[[tuple[str, ...]], boo
     return chosen or tuple(rows[:1])
 
 
-def always_deficient(s: Array, rows: int, joints: int) -> bool:
-    """Whether none of many sample Jacobians has full rank, from their singular values (N, k)."""
-    return rows > joints or bool((s[:, -1] <= DEFICIENT * s[:, 0]).all())
+def always_deficient(s: Array, rows: int, joints: int, largest: Array | None = None) -> bool:
+    """Whether none of many sample Jacobians has full rank, from their singular values (N, k).
+
+    Args:
+        s: Their singular values in some rows.
+        rows: The number of these rows.
+        joints: The number of joints.
+        largest: The largest singular value in all rows that count, (N,); by default in these.
+    """
+    return rows > joints or bool((s[:, -1] <= DEFICIENT * (s[:, 0] if largest is None else largest)).all())

@@ -173,16 +173,16 @@ def test_a_rounded_urdf_is_straightened_and_its_floor_told():
 
 
 def test_a_stratum_where_two_factors_meet_is_found_by_deed():
-    atlas = atlas_of("finger_edu")
+    atlas = find_singularities(rik.load("finger_edu"), rows=("x", "y", "z"), starts=400)
     assert "q3 ∈ {0, π}" in words(atlas, 1)
     assert atlas.evidence[0].unmatched == 0
 
 
 # ------------------------------------------------------------------------------------------------ what is answered
-def test_an_arm_with_fewer_joints_than_rows_is_explained_and_analysed_on_what_it_can_do():
-    atlas = find_singularities(rik.load("planar_2r"), rows=("x", "y", "z", "wx", "wy", "wz"), starts=100)
+def test_rows_that_an_arm_cannot_all_move_are_explained_and_it_is_analysed_on_what_it_can_do():
+    atlas = find_singularities(rik.load("planar_2r"), rows=("x", "y", "z"), starts=100)
     assert atlas.robot.chain.rows == ("x", "y")
-    assert "singular everywhere in the rows x y z wx wy wz" in atlas.explanation
+    assert "singular everywhere in the rows x y z" in atlas.explanation
     assert words(atlas, 1) == {"q2 ∈ {0, π}"}
 
 
@@ -310,9 +310,9 @@ def test_a_corank_may_be_any_whole_number_and_the_atlas_still_be_saved(tmp_path)
 
 
 @pytest.mark.parametrize("length", [1e-9, 1e9])
-def test_a_length_scale_that_hides_what_is_singular_is_refused(length):
-    with pytest.raises(InputError, match="length_scale must be from 0.001 to 1000 m"):
-        find_singularities(rik.load("puma560"), 1, starts=20, length_scale=length)
+def test_no_length_scale_hides_what_is_singular(length):
+    found = find_singularities(rik.load("puma560"), 1, starts=20, length_scale=length)
+    assert words(found, 1) == words(find_singularities(rik.load("puma560"), 1, starts=20), 1)
 
 
 def test_which_rows_are_analysed_does_not_depend_on_the_length_scale():

@@ -324,10 +324,13 @@ def test_rotating_a_cluster_keeps_the_sum_of_its_gradients_and_brings_them_toget
 
 
 # ------------------------------------------------------------------------------------------ refusals
-def test_fewer_joints_than_rows_are_refused_with_what_to_do():
-    robot = rik.load("planar_2r").with_rows(("x", "y", "z"))
-    with pytest.raises(rik.InputError, match=r"2 joints cannot move 3 task rows \(x y z\).*choose at most 2"):
-        find_points(ScrewChain.of(robot), 1)
+def test_of_fewer_joints_than_rows_the_corank_is_what_is_missing_of_their_number():
+    its = ScrewChain.of(rik.load("planar_2r").with_rows(("x", "y", "z")))
+    found = find_points(its, 1, 50)
+    assert len(found) == 50
+    assert np.abs(np.sin(found.values[:, 1])).max() < 1e-9
+    with pytest.raises(rik.InputError, match="corank must be 1 to 2, the number of joints, got 3"):
+        find_points(its, 3, 10)
 
 
 @pytest.mark.parametrize("corank", [0, 7, -1, True, 1.0, "1", None])

@@ -8,7 +8,7 @@ orthogonal. Nothing is changed silently: `ExactArm.changes` lists it.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
@@ -135,7 +135,8 @@ def exact_arm(robot: Robot, snap: float = 1e-4) -> ExactArm:
         element.get("name"): element for element in etree.fromstring(robot.description.xml.encode()).findall("joint")
     }
     names = [joint.name for joint in moving]
-    steps = [(joint.name, _Reading(elements[joint.name], snap, changes)) for joint in chain]
+    digits = _digits(robot.length_scale)
+    steps = [(joint.name, _Reading(elements[joint.name], snap, digits, changes)) for joint in chain]
     placements = tuple(_placements(steps, set(names)))
     sliding = frozenset(i for i, joint in enumerate(moving) if joint.kind == "prismatic")
     return ExactArm(robot.name, tuple(names), placements, robot.rows, tuple(changes), sliding)
@@ -160,6 +161,7 @@ class _Reading:
 
     element: Any
     snap: float
+    digits: int
     changes: list[Change]
 
     def offset(self) -> Vector:
@@ -191,7 +193,7 @@ class _Reading:
             self.changes.append(Change(self.element.get("name"), what, given, used))
 
     def _length(self, what: str, value: float) -> Fraction:
-        exact = round(Fraction(repr(value)), LENGTH_DIGITS)
+        exact = round(Fraction(repr(value)), self.digits)
         self._note(what, value, float(exact))
         return exact
 
@@ -205,6 +207,55 @@ class _Reading:
         used = 2 * math.atan(tangent)
         self._note(what, value, used + 2 * math.pi * round((value - used) / (2 * math.pi)))
         return half_angle(tangent)
+
+
+def arm_of_lines(
+    name: str,
+    joints: tuple[str, ...],
+    rows: tuple[str, ...],
+    first: tuple[float, float, Sequence[float]],
+    links: Sequence[tuple[float, float, float, float]],
+    tip: Sequence[float],
+    unit: float,
+) -> ExactArm:
+    """The exact arm of turning joints from the common normals of their axes.
+
+    Args:
+        name: The robot's name.
+        joints: Its joints.
+        rows: Task rows.
+        first: Heading and tilt of the first axis, rad, and a point on it, m.
+        links: Angle, offset along the axis, length and twist of each common normal, rad and m.
+        tip: The tip's point in the last axis' frame, m.
+        unit: The arm's unit of length, m.
+    """
+    digits = _digits(unit)
+
+    def length(value: float) -> Fraction:
+        return round(Fraction(value), digits)
+
+    heading, tilt, origin = first
+    placements = [(times(turn(2, *rational(heading)), turn(1, *rational(tilt))), tuple(map(length, origin)))]
+    for angle, along, across, twist in links:
+        about = turn(2, *rational(angle))
+        shift = apply(about, (length(across), ZERO, length(along)))
+        placements.append((times(about, turn(0, *rational(twist))), shift))
+    placements.append((IDENTITY, tuple(map(length, tip))))
+    return ExactArm(name, joints, tuple(placements), rows)
+
+
+def rational(angle: float, snap: float = NOISE) -> tuple[Fraction, Fraction]:
+    """Rational cosine and sine of an angle, with an error of about 1e-18; exact within `snap` of quarter turns."""
+    quarter = round(angle / (math.pi / 2))
+    if abs(angle - quarter * (math.pi / 2)) <= snap:
+        c, s = QUARTERS[quarter % 4]
+        return Fraction(c), Fraction(s)
+    return half_angle(Fraction(math.tan(angle / 2)).limit_denominator(DENOMINATOR))
+
+
+def _digits(unit: float) -> int:
+    """How many decimals of a metre are kept of lengths of an arm with this unit of length."""
+    return LENGTH_DIGITS - math.floor(math.log10(unit))
 
 
 def half_angle(tangent: Fraction) -> tuple[Fraction, Fraction]:

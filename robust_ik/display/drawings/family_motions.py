@@ -15,7 +15,7 @@ from robust_ik.singularities.atlas import SingularityAtlas
 from robust_ik.singularities.conditions import SAME, RobotFacts
 from robust_ik.singularities.families import Stratum
 from robust_ik.singularities.geometry import ScrewChain
-from robust_ik.singularities.lost_motion import LostMotion, WayOut, lost_motion, way_out
+from robust_ik.singularities.lost_motion import LostMotion, WayOut, lost_directions, lost_motion, way_out
 from robust_ik.singularities.trace import Curve, stroll, trace, within_limits
 
 WALK, SWAY = 12.0, 8.0
@@ -81,7 +81,7 @@ class Family:
         lost = _lost_at(robot, facts.chain, trip.values[0], stratum.corank)
         way = _way_inside(facts, trip.values[0], lost)
         tip = robot.pose(robot.configuration(trip.values))[:, :3, 3]
-        twists = _lost_twists(robot, facts.chain.rows, trip.values, lost.twists)
+        twists = _lost_twists(robot, facts.chain.rows, stratum.corank, trip.values, lost.twists)
         walk = ShownMotion(trip.values, WALK, tip, tip, twists)
         return cls(stratum, curves, walk, trip.inside, lost, way, _sway(robot, way, walk))
 
@@ -117,12 +117,18 @@ def _lost_at(robot: Robot, chain: ScrewChain, values: Array, corank: int) -> Los
     return lost_motion(chain.jacobian(values), chain.hessian(values), T_world_tool, corank, rows)
 
 
-def _lost_twists(robot: Robot, rows: tuple[str, ...], values: Array, first: Array) -> Array:
+def _lost_twists(robot: Robot, rows: tuple[str, ...], corank: int, values: Array, first: Array) -> Array:
     """The directions of the weakest singular values as columns that change continuously, (F, 6, k)."""
     count, places = first.shape[1], [ROWS.index(row) for row in rows]
-    U, _ = full_basis(robot.jacobian(robot.configuration(values), rows=rows))
+    q = robot.configuration(values)
+    J = robot.jacobian(q, rows=rows)
+    if len(rows) <= robot.n:
+        spaces = full_basis(J)[0][..., len(rows) - count :]
+    else:
+        found = [lost_directions(*each, corank) for each in zip(J, robot.hessian(q, rows=rows))]
+        spaces = np.stack([each if each.shape[1] == count else first[places] for each in found])
     twists = np.zeros((len(values), 6, count))
-    twists[:, places] = follow_subspace(U[..., len(rows) - count :], first[places])
+    twists[:, places] = follow_subspace(spaces, first[places])
     return twists
 
 

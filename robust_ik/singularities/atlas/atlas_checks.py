@@ -125,7 +125,7 @@ def _check_row(chain: ScrewChain, row: Stratum) -> None:
         raise LoadError(f"a row of corank {row.corank} has not the dimension {row.dimension}")
     if not (_usual(row.samples) and all(_usual(each.values) for each in row.conditions)):
         raise LoadError(f"joint values of a row of corank {row.corank} must be finite numbers of at most {LARGEST:g}")
-    rng, chain = np.random.default_rng(0), replace(chain, length_scale=1.0)
+    rng = np.random.default_rng(0)
     with np.errstate(over="ignore", invalid="ignore"):  # of relations that are not valid
         members = np.concatenate([row.samples, *(leaf.filled(chain, rng) for leaf in row.leaves)])
     if not (_usual(members) and is_singular(chain, members, row.corank).all()):

@@ -149,7 +149,8 @@ def _straightening(facts: RobotFacts, strata: Sequence[Stratum]) -> str:
     if facts.snapped:
         return f"nominal geometry, straightened as asked: {changes}"
     nearly = [row for row in strata if row.floor > 0]
-    words = f"the model's angles are rounded; these are the strata of the straight geometry ({changes})"
+    rounded = "numbers" if any("lengths" in each for each in facts.changes) else "angles"
+    words = f"the model's {rounded} are rounded; these are the strata of the straight geometry ({changes})"
     if not strata:
         return words
     if not nearly:

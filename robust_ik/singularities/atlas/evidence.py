@@ -94,7 +94,7 @@ class Evidence:
         what = "an unlisted stratum" if self.found else f"a configuration of corank {self.corank}"
         return (
             f"with 95 % confidence a further random start of this finder meets {what} with probability below "
-            f"{100 * self.bound:.2g} % ({self.unmatched} of {self.fresh})"
+            f"{_percent(self.bound)} % ({self.unmatched} of {self.fresh})"
         )
 
 
@@ -109,3 +109,8 @@ def missing_mass(unmatched: int, fresh: int, confidence: float = 0.95) -> float:
     import scipy.special  # takes 0.1 s: imported only if needed
 
     return float(scipy.special.betaincinv(unmatched + 1, fresh - unmatched, confidence))
+
+
+def _percent(share: float) -> str:
+    """A share in per cent, with two digits."""
+    return "100" if share > 0.995 else f"{100 * share:.2g}"

@@ -68,7 +68,7 @@ class ProofOutcome:
         points = np.concatenate([np.empty((0, chain.n)), *found])
         points = polished(chain, points, proof.corank)
         owners = np.repeat(np.arange(len(places)), [len(each) for each in found])
-        sigmas = relative_sigmas(replace(chain, length_scale=1.0), points)
+        sigmas = relative_sigmas(chain, points)
         return cls(proof, verdict, places, points, coranks(sigmas, 1.0), owners)
 
     @property

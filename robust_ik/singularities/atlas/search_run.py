@@ -57,7 +57,7 @@ def searched(state: SearchState, starts: int, progress: ProgressCallback | None)
 
 def _wanted(state: SearchState) -> list[int]:
     """The coranks to look for; the search stops at the first one that does not exist."""
-    return [state.settings.corank] if state.settings.corank else list(range(1, state.facts.chain.m + 1))
+    return [state.settings.corank] if state.settings.corank else list(range(1, state.facts.chain.full_rank + 1))
 
 
 def _search(state: SearchState, starts: int, progress: ProgressCallback | None) -> None:
@@ -74,7 +74,8 @@ def _search(state: SearchState, starts: int, progress: ProgressCallback | None) 
             searches = searches[: index + 1]
             break
     state.tally.reach(state.tally.total - len(searches) * chunks)
-    _hold_out([each for each in searches if each.leaves], state, starts)
+    none = Completeness.NONE_FOUND
+    _hold_out([each for each in searches if state.evidence[each.corank].status is not none], state, starts)
     state.tally.reach(state.tally.total)
 
 

@@ -43,12 +43,6 @@ class Angle:
         """A difference of two of its values, the short way round: an angle in (−π, π]."""
         return wrapped(difference, self.period)
 
-    def moved(self, values: Array, to: Array | float) -> Array:
-        """Joint values whose last joint of the combination is changed so that the angle is `to`, (..., n)."""
-        values = np.array(values)
-        values[..., self.joints[-1]] += self.signs[-1] * self.wrapped(to - self.of(values))
-        return values
-
     @property
     def circular(self) -> bool:
         """Whether it is an angle, not a length."""
@@ -75,6 +69,37 @@ def wrapped(difference: Array | float, period: Array | float) -> Array:
     if not finite.all():
         return np.where(finite, wrapped(difference, np.where(finite, period, 1.0)), difference)
     return np.asarray(difference - np.ceil(np.asarray(difference) / period - 0.5 - 1e-9) * period)
+
+
+def brought(values: Array, angles: Sequence[Angle], to: Array) -> Array:
+    """Joint values (N, n) changed so that all the angles have given values, by a joint for each of them.
+
+    Angles may share joints, as q2 − q4 and q2 + q3 + q4 do: then all are changed together. An angle that the others
+    determine is left as it is.
+
+    Args:
+        values: Joint values, (N, n).
+        angles: The angles.
+        to: What they should be, (angles,) or (N, angles).
+    """
+    values = np.array(values, dtype=float)
+    rows = np.array([angle.row(values.shape[-1]) for angle in angles]).reshape(-1, values.shape[-1])
+    kept, joints, left = [], [], rows.copy()
+    for index in range(len(angles)):
+        able = np.flatnonzero(np.abs(left[index]) > 0.5)
+        if not able.size:
+            continue
+        joint = int(able[-1])
+        kept.append(index)
+        joints.append(joint)
+        left[index + 1 :] -= np.outer(left[index + 1 :, joint] / left[index, joint], left[index])
+    if not kept:
+        return values
+    errors = np.stack(
+        [angles[index].wrapped(np.asarray(to)[..., index] - angles[index].of(values)) for index in kept], axis=-1
+    )
+    values[..., joints] += np.linalg.solve(rows[np.ix_(kept, joints)], errors[..., None])[..., 0]
+    return values
 
 
 def single(chain: ScrewChain, joint: int) -> Angle:

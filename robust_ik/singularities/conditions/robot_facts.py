@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -12,12 +12,14 @@ from numpy.typing import ArrayLike
 
 from robust_ik.certificates.certify import plain_arm
 from robust_ik.certificates.proof import Arm, float_jacobian
-from robust_ik.certificates.prover import UnsupportedError, exact_arm
-from robust_ik.checks import Array, as_array, readonly
+from robust_ik.certificates.prover import UnsupportedError, arm_of_lines, exact_arm
+from robust_ik.checks import Array, as_array, checked_parameter, readonly
 from robust_ik.description.catalog import catalog
 from robust_ik.description.dh import DHTable, read_dh
 from robust_ik.errors import InputError, LoadError
+from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.singularities.conditions.condition_words import symbols
+from robust_ik.singularities.geometry.line_arm import LineArm
 from robust_ik.singularities.geometry.screw_chain import ScrewChain, reachable_rows
 from robust_ik.singularities.geometry.straightening import straightened
 
@@ -25,10 +27,7 @@ if TYPE_CHECKING:
     from robust_ik.robot.robot import Robot
 
 SAME = 1e-9
-"""Jacobians that differ by less belong to the same arm, m and rad."""
-
-SHORTEST, LONGEST = 1e-3, 1e3
-"""Limits of length scales, m: beyond them linear and angular rows differ so much that zero cannot be recognised."""
+"""Jacobians that differ by less belong to the same arm, in its units of length and rad."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +49,7 @@ class RobotFacts:
         tool: The tool's axes in the last joint's axis frame, (3, 3).
         exact: The chain in rational numbers, for proofs; None if that is not possible.
         inexact: Why it is not.
+        length_scale: Length by which linear rows are divided where σ is told, m.
     """
 
     name: str
@@ -66,6 +66,7 @@ class RobotFacts:
     tool: Array
     exact: Arm | None = None
     inexact: str = ""
+    length_scale: float = 1.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "lower", readonly(self.lower))
@@ -90,13 +91,12 @@ class RobotFacts:
         snap: bool,
     ) -> RobotFacts:
         """The facts of a robot, with straightened geometry, in the rows in which it can move."""
-        asked = ScrewChain.of(robot, rows=rows, length_scale=1.0 if length_scale is None else length_scale)
-        if not SHORTEST <= asked.length_scale <= LONGEST:
-            raise InputError(f"length_scale must be from {SHORTEST} to {LONGEST:g} m, got {length_scale!r}")
+        told = robot.length_scale if length_scale is None else checked_parameter("length_scale", length_scale, above=0)
+        asked = ScrewChain.of(robot, rows=rows, length_scale=robot.length_scale)
         given = reachable_rows(asked)
-        chain, changes = straightened(robot, given)
+        chain, changes, lines = straightened(robot, given)
         kinds = [robot.description.joint[name].kind for name in robot.joint_names]
-        exact, inexact = _exact(robot, chain)
+        exact, inexact = _exact(robot, chain, lines)
         return cls(
             name=robot.name,
             tip=str(robot.tip),
@@ -112,6 +112,7 @@ class RobotFacts:
             tool=chain.last_axes(np.zeros(chain.n)).T @ robot.pose(robot.neutral)[:3, :3],
             exact=exact,
             inexact=inexact,
+            length_scale=told,
         )
 
     def values(self, q: ArrayLike) -> Array:
@@ -132,17 +133,31 @@ class RobotFacts:
     def reduced(self) -> str:
         """Why not all rows that were asked for were analysed; empty if all were."""
         if self.asked == self.chain.rows:
-            return ""
+            return "" if self.chain.m <= self.chain.n else self._few_joints
         return (
             f"{self.name} is singular everywhere in the rows {' '.join(self.asked)}, which its {self.chain.n} joints "
             f"cannot all move: analysed in {' '.join(self.chain.rows)}"
         )
 
+    @property
+    def _few_joints(self) -> str:
+        """What the corank of an arm with fewer joints than rows is."""
+        return (
+            f"{self.name} has {self.chain.n} {'joint' if self.chain.n == 1 else 'joints'} for six rows: its corank is "
+            f"{self.chain.n} − rank, how many motions of the joints do not move the tip"
+        )
 
-def _exact(robot: Robot, chain: ScrewChain) -> tuple[Arm | None, str]:
+
+def _exact(robot: Robot, chain: ScrewChain, lines: LineArm | None) -> tuple[Arm | None, str]:
     """The chain in rational numbers, or the reason why that is not possible."""
     try:
-        arm = plain_arm(exact_arm(robot.with_rows(chain.rows)))
+        if lines is None:
+            arm = plain_arm(exact_arm(robot.with_rows(chain.rows)))
+        else:
+            links = [(each.angle, each.along, each.length, each.twist) for each in lines.links]
+            first = (lines.heading, lines.tilt, tuple(lines.origin.tolist()))
+            told = (robot.name, chain.joint_names, chain.rows)
+            arm = plain_arm(arm_of_lines(*told, first, links, lines.tip.tolist(), robot.length_scale))
     except UnsupportedError as error:
         return None, str(error)
     away = jacobians_apart(chain, arm)
@@ -152,10 +167,11 @@ def _exact(robot: Robot, chain: ScrewChain) -> tuple[Arm | None, str]:
 
 
 def jacobians_apart(chain: ScrewChain, arm: Arm) -> float:
-    """The largest difference of the Jacobians of a chain and an exact arm with as many joints and rows, m and rad."""
+    """The largest difference of the Jacobians of a chain and an exact arm with as many joints, in the chain's rows."""
     values = chain.random(np.random.default_rng(0), 4)
-    ours = replace(chain, length_scale=1.0).jacobian(values)
-    return max(float(np.abs(mine - float_jacobian(arm, each)).max()) for mine, each in zip(ours, values))
+    factors = np.array([1 / chain.length_scale if row in ROWS[:3] else 1.0 for row in chain.rows])[:, None]
+    ours = chain.jacobian(values)
+    return max(float(np.abs(mine - factors * float_jacobian(arm, each)).max()) for mine, each in zip(ours, values))
 
 
 def _table(robot: Robot) -> DHTable | None:

@@ -13,7 +13,7 @@ import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.kinematics.svd import svd
-from robust_ik.singularities.conditions.angle_sums import Angle, candidates
+from robust_ik.singularities.conditions.angle_sums import Angle, brought, candidates
 from robust_ik.singularities.conditions.trig_relations import Relation, simplest
 from robust_ik.singularities.families.leaf import Leaf, Pin, is_singular, nice
 from robust_ik.singularities.find.find_points import local_dimensions
@@ -140,9 +140,7 @@ def _is_exact(pin: Pin) -> bool:
 
 
 def _moved(values: Array, pins: list[Pin]) -> Array:
-    for pin in pins:
-        values = pin.angle.moved(values, pin.value)
-    return values
+    return brought(values, [pin.angle for pin in pins], np.array([pin.value for pin in pins]))
 
 
 def _settled(chain: ScrewChain, values: Array, corank: int, pinned: list[int]) -> Array:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robust_ik.checks import Array, readonly
-from robust_ik.singularities.conditions.angle_sums import Angle, wrapped
+from robust_ik.singularities.conditions.angle_sums import Angle, brought, wrapped
 from robust_ik.singularities.conditions.trig_relations import Relation
 from robust_ik.singularities.find.rank_residual import SAME_CORANK
 from robust_ik.singularities.find.tangent_walk import readable, relative_sigmas
@@ -129,9 +129,7 @@ class Leaf:
 
     def pinned(self, values: Array) -> Array:
         """The values with every pinned angle exactly at its value, (N, n)."""
-        for pin in self.pins:
-            values = pin.angle.moved(values, pin.value)
-        return values
+        return brought(values, [pin.angle for pin in self.pins], self.values)
 
     def filled(self, chain: ScrewChain, rng: np.random.Generator, count: int = FILLS, *, each: bool = False) -> Array:
         """Random members, (count, n): random samples (or with `each`, every sample once) with random free joints."""
@@ -151,23 +149,27 @@ def explained(leaves: Sequence[Leaf], values: Array) -> Mask:
 
 def is_singular(chain: ScrewChain, values: Array, corank: int) -> Mask:
     """Whether the corank is at least k at joint values (N, n)."""
-    return np.asarray(relative_sigmas(chain, values)[:, chain.m - corank] < SAME_CORANK)
+    return np.asarray(relative_sigmas(chain, values)[:, chain.full_rank - corank] < SAME_CORANK)
 
 
 def cleaned(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> Leaf:
     """The leaf without samples so close to a crossing that moving their free joints leaves it."""
     values = leaf.filled(chain, rng, len(leaf.samples), each=True)
-    kept = relative_sigmas(chain, values)[:, chain.m - leaf.corank] < CLEAN
+    kept = relative_sigmas(chain, values)[:, chain.full_rank - leaf.corank] < CLEAN
     return replace(leaf, samples=leaf.samples[kept]) if kept.any() else leaf
 
 
 def verified(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> bool:
-    """Whether random members have exactly this corank and this dimension."""
+    """Whether it has members, and random ones have exactly this corank and this dimension."""
+    if not len(leaf.samples):
+        return False
     values = leaf.filled(chain, rng)
     sigmas = relative_sigmas(chain, values)
-    if not np.all(sigmas[:, chain.m - leaf.corank] < (FOLDED if leaf.folded and not leaf.curve else CLEAN)):
+    if not np.all(sigmas[:, chain.full_rank - leaf.corank] < (FOLDED if leaf.folded and not leaf.curve else CLEAN)):
         return False
-    exactly = sigmas[:, chain.m - leaf.corank - 1] >= SAME_CORANK if leaf.corank < chain.m else np.array(True)
+    exactly = (
+        sigmas[:, chain.full_rank - leaf.corank - 1] >= SAME_CORANK if leaf.corank < chain.full_rank else np.array(True)
+    )
     clear, dimensions = readable(chain, values, leaf.corank)
     right = clear & (dimensions == leaf.dimension)
     readable_as_such = not right.any() if leaf.folded else bool(np.sum(right) > 0.8 * np.sum(clear) > 0)

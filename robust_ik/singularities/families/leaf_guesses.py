@@ -13,7 +13,7 @@ from itertools import product
 
 import numpy as np
 
-from robust_ik.singularities.conditions.angle_sums import Angle
+from robust_ik.singularities.conditions.angle_sums import Angle, brought
 from robust_ik.singularities.families.coupled_joints import coupled_leaves
 from robust_ik.singularities.families.leaf import Leaf, is_singular, nice, sound
 from robust_ik.singularities.families.leaf_merging import Values, joined, values_of
@@ -79,8 +79,7 @@ def _tried(chain: ScrewChain, like: Leaf, guesses: Sequence[Values], rng: np.ran
     if not guesses:
         return []
     members = like.filled(chain, rng, TRIALS * len(guesses))
-    for pin, values in zip(like.pins, np.array(guesses).T):
-        members = pin.angle.moved(members, np.repeat(values, TRIALS))
+    members = brought(members, [pin.angle for pin in like.pins], np.repeat(np.array(guesses), TRIALS, axis=0))
     singular = is_singular(chain, members, like.corank).reshape(len(guesses), TRIALS).all(axis=1)
     return [guesses[int(place)] for place in np.flatnonzero(singular)]
 

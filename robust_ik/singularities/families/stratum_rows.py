@@ -40,7 +40,7 @@ def _order(row: Stratum) -> tuple[int, int, tuple[tuple[int, ...], ...], str]:
 def _row(facts: RobotFacts, leaves: Sequence[Leaf], rng: np.random.Generator) -> Stratum:
     pieces, exact = count_components(facts.chain, leaves[0], rng)
     members = np.concatenate([leaf.filled(facts.chain, rng, FILLS) for leaf in leaves])
-    residual = float(relative_sigmas(facts.chain, members)[:, facts.chain.m - leaves[0].corank].max())
+    residual = float(relative_sigmas(facts.chain, members)[:, facts.chain.full_rank - leaves[0].corank].max())
     row = stratum(leaves, facts.symbols, (pieces * len(leaves), exact), residual)
     off, floor = _as_given(facts, row.corank, members)
     lost = lost_along(facts.chain, facts.tool, row.corank, row.samples)
@@ -49,12 +49,14 @@ def _row(facts: RobotFacts, leaves: Sequence[Leaf], rng: np.random.Generator) ->
 
 def _as_given(facts: RobotFacts, corank: int, members: Array) -> tuple[float, float]:
     """Largest σ_{m−k+1} of the model as given, at members (N, n) of a stratum, and after descent from them."""
-    weakest = facts.given.m - corank
-    off = float(svd(facts.given.jacobian(members)).s[:, weakest].max())
+    weakest = facts.given.full_rank - corank
+    told = replace(facts.given, length_scale=facts.length_scale)
+    off = float(svd(told.jacobian(members)).s[:, weakest].max())
     if facts.given is facts.chain:
         return off, 0.0
     found = project(facts.given, corank, members)
-    return off, float(np.where(found.converged, 0.0, found.residual.s[:, weakest]).max())
+    floors = svd(told.jacobian(found.values)).s[:, weakest]
+    return off, float(np.where(found.converged, 0.0, floors).max())
 
 
 def _within(facts: RobotFacts, row: Stratum) -> Stratum:

@@ -57,8 +57,11 @@ class Slope:
     def at(cls, chain: ScrewChain, values: Array, corank: int) -> Slope:
         """The slope at joint values (N, n)."""
         found = svd(chain.jacobian(values))
-        right = np.swapaxes(found.Vt[:, chain.m - corank :], -1, -2)
-        return cls(found.s[:, chain.m - corank :], chain.contraction(values, found.U[..., chain.m - corank :], right))
+        right = np.swapaxes(found.Vt[:, chain.full_rank - corank :], -1, -2)
+        return cls(
+            found.s[:, chain.full_rank - corank :],
+            chain.contraction(values, found.U[..., chain.full_rank - corank :], right),
+        )
 
     @property
     def cluster(self) -> Indices:
@@ -109,7 +112,7 @@ def gradient_search(
 
 def _targets(chain: ScrewChain, values: Array, corank: int) -> Array:
     """σ_{m−k+1}, (..., n) → (...)."""
-    return np.asarray(singular_values(chain.jacobian(values))[..., chain.m - corank])
+    return np.asarray(singular_values(chain.jacobian(values))[..., chain.full_rank - corank])
 
 
 def directions(chain: ScrewChain, values: Array, slope: Slope, *, rotated: bool = True) -> Array:

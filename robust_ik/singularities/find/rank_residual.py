@@ -1,6 +1,7 @@
 """The residual r = vec(U₂ᵀ J V₂), which vanishes if the corank is at least k, and its derivative. NumPy only.
 
-U₂ holds the k weakest left singular vectors, V₂ the n − m + k weakest right ones, including those of the null space.
+U₂ holds the k weakest left singular vectors, V₂ the n − m + k weakest right ones, including those of the null space; of
+fewer joints than rows, U₂ the m − n + k weakest left ones, V₂ the k weakest right ones. The corank is min(m, n) − rank.
 Both are fixed within a step, so that no singular vector is differentiated and clusters need no special treatment.
 """
 
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 
 from robust_ik.checks import Array
 from robust_ik.errors import InputError
-from robust_ik.kinematics.svd import full_svd, singular_values
+from robust_ik.kinematics.svd import singular_values, whole_svd
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 
 Indices = NDArray[np.int_]
@@ -36,7 +37,7 @@ class Residual:
     Attributes:
         corank: k.
         s: Singular values of the Jacobian, (N, m).
-        derivative: ∂r/∂q, (N, k (n − m + k), n); entry (a, b) of U₂ᵀ J V₂ is row a (n − m + k) + b.
+        derivative: ∂r/∂q, (N, k (|n − m| + k), n): of U₂ᵀ J V₂ row by row, or of its transpose if m > n.
         scale: The scale of singular values, (N,): σ₁, unless the whole Jacobian vanishes.
     """
 
@@ -48,10 +49,12 @@ class Residual:
     @classmethod
     def at(cls, chain: ScrewChain, values: Array, corank: int) -> Residual:
         """The residual at joint values (N, n)."""
-        found = full_svd(chain.jacobian(values))
-        left = found.U[..., chain.m - corank :]
-        right = np.swapaxes(found.Vt[..., chain.m - corank :, :], -1, -2)
+        found = whole_svd(chain.jacobian(values))
+        left = found.U[..., chain.full_rank - corank :]
+        right = np.swapaxes(found.Vt[..., chain.full_rank - corank :, :], -1, -2)
         A = chain.contraction(values, left, right)
+        if chain.m > chain.n:
+            A = np.ascontiguousarray(np.swapaxes(A, 1, 2))
         A = A.reshape(len(values), left.shape[-1] * right.shape[-1], chain.n)
         scale = np.maximum(found.s[:, 0], chain.least_scale)
         return cls(corank, found.s, A, scale)
@@ -89,18 +92,15 @@ class Residual:
 
 
 def check_corank(chain: ScrewChain, corank: int) -> None:
-    """Raises if a chain cannot have this corank, or is singular everywhere.
+    """Raises if a chain cannot have this corank.
 
     Raises:
         InputError: The message says what is possible.
     """
-    if chain.m > chain.n:
-        raise InputError(
-            f"{chain.n} joints cannot move {chain.m} task rows ({' '.join(chain.rows)}): every configuration is "
-            f"singular; choose at most {chain.n} rows"
-        )
-    if isinstance(corank, bool) or not isinstance(corank, (int, np.integer)) or not 1 <= corank <= chain.m:
-        raise InputError(f"corank must be 1 to {chain.m}, the number of task rows, got {corank!r}")
+    most = chain.full_rank
+    if isinstance(corank, bool) or not isinstance(corank, (int, np.integer)) or not 1 <= corank <= most:
+        what = "task rows" if chain.m <= chain.n else "joints"
+        raise InputError(f"corank must be 1 to {most}, the number of {what}, got {corank!r}")
 
 
 def coranks(s: Array, scale: Array | float) -> Indices:

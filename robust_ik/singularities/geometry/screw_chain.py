@@ -17,7 +17,7 @@ from robust_ik.checks import Array, as_array, checked_parameter, readonly
 from robust_ik.errors import InputError, TipError
 from robust_ik.kinematics.chain import Chain
 from robust_ik.kinematics.svd import singular_values
-from robust_ik.kinematics.twist_rows import ROWS, always_deficient, checked_rows, movable_rows
+from robust_ik.kinematics.twist_rows import DEFICIENT, ROWS, always_deficient, checked_rows, movable_rows
 
 if TYPE_CHECKING:
     from robust_ik.robot.robot import Robot
@@ -26,6 +26,11 @@ if TYPE_CHECKING:
 REFERENCE = "local_world_aligned"
 SIZED, VANISHING = 20, 1e-3
 """Configurations whose median σ₁ is the usual one, and the fraction of it below which a Jacobian vanishes."""
+FAR = 10.0
+"""Slides with a longer travel, in sizes of the arm, are searched as those without limits are: near the arm.
+
+Chosen: what turns is to be seen beside what slides; a lift or a linear axis travels a few times the arm's size.
+"""
 SAMPLES = 20
 """Configurations that show in which rows the tip can move. Full rank anywhere means full rank nearly everywhere."""
 
@@ -39,7 +44,8 @@ class ScrewChain:
     Attributes:
         joint_names: The n independent joints.
         rows: Task rows.
-        length_scale: Length by which linear rows are divided, m; 1 leaves them as they are.
+        length_scale: Length by which linear rows are divided, m: that of the arm itself, so that which configurations
+            are singular does not depend on its size.
         rotations: From each joint's axis frame (z is the axis) to the next one's at zero, (c, 3, 3).
         offsets: Origin of each axis frame in the one before, m, (c, 3).
         sliding: Which of the c joints slide.
@@ -106,6 +112,11 @@ class ScrewChain:
     def m(self) -> int:
         """Number of task rows."""
         return len(self.rows)
+
+    @property
+    def full_rank(self) -> int:
+        """The rank of the Jacobian where it is not singular, min(m, n): coranks are what is missing of it."""
+        return min(self.m, self.n)
 
     @cached_property
     def least_scale(self) -> float:
@@ -245,30 +256,44 @@ def ranges(robot: Robot, sliding: Mask, mixing: Array) -> tuple[Array, Array, Ar
         mixing: Their motions per motion of the independent joints, (c, n).
 
     Returns:
-        Lower and upper ends: a full turn, or for a sliding joint its limits, 2 m if none are stated; and the change of
-            each
-        value after which the pose is the same again, infinite if there is none, (n,) each.
+        Lower and upper ends: a full turn, or for a sliding joint its limits, if they are not far apart, else two of the
+        robot's units of length; and the change of each value after which the pose is the same again, infinite if there
+        is none, (n,) each.
     """
     used = mixing != 0
     slides = (used & sliding[:, None]).any(axis=0)
     least = np.min(np.where(used, np.abs(mixing), 1.0), axis=0, initial=1.0)
     whole = (np.round(mixing) == mixing).all(axis=0)
-    low = np.where(np.isfinite(robot.lower), robot.lower, np.where(np.isfinite(robot.upper), robot.upper - 2, -1.0))
-    high = np.where(np.isfinite(robot.upper), robot.upper, low + 2)
+    low, high = _travel(robot.lower, robot.upper, robot.length_scale, FAR * robot.size)
     period = np.where(whole & ~slides, 2 * np.pi, np.inf)
     return np.where(slides, low, -np.pi / least), np.where(slides, high, np.pi / least), period
 
 
-def reachable_rows(chain: ScrewChain) -> ScrewChain:
-    """The chain in its task rows if they have full rank somewhere, else in fewer rows that have.
+def _travel(lower: Array, upper: Array, unit: float, far: float) -> tuple[Array, Array]:
+    """Ends of the ranges of slides: their limits, or two units of length if there are none or they are far apart."""
+    wide = ~(upper - lower <= far)
+    middle = np.clip(0.0, np.where(np.isfinite(lower), lower + unit, -np.inf), np.inf)
+    middle = np.clip(middle, -np.inf, np.where(np.isfinite(upper), upper - unit, np.inf))
+    return np.where(wide, middle - unit, lower), np.where(wide, middle + unit, upper)
 
-    It is tested in metres for any length scale: which rows can move does not depend on units.
+
+def reachable_rows(chain: ScrewChain) -> ScrewChain:
+    """The chain in its task rows if its Jacobian has full rank in them somewhere, else in fewer rows that have.
+
+    Fewer joints than six rows are no reason to leave rows out: where the joints' motions are independent, nothing is
+    lost. What rounding leaves of a row counts as nothing, beside what the joints move at all.
     """
+    values = chain.random(np.random.default_rng(0), SAMPLES)
+    whole = replace(chain, rows=ROWS).jacobian(values)
+    largest = singular_values(whole)[:, 0]
 
     def deficient(rows: tuple[str, ...]) -> bool:
-        J = replace(chain, rows=rows, length_scale=1.0).jacobian(values)
-        return always_deficient(singular_values(J), len(rows), chain.n)
+        s = singular_values(whole[:, [ROWS.index(row) for row in rows]])
+        return always_deficient(s, len(rows), chain.n, largest)
 
-    values = chain.random(np.random.default_rng(0), SAMPLES)
+    if set(chain.rows) == set(ROWS) and chain.n < len(ROWS):
+        s = singular_values(whole)
+        if not (s[:, -1] <= DEFICIENT * largest).all():
+            return chain
     rows = movable_rows(chain.rows, deficient)
     return chain if rows == chain.rows else replace(chain, rows=rows)

@@ -1,6 +1,6 @@
-"""Makes nominal geometry exact: 1.5708 in a file means π/2. NumPy only.
+"""Makes nominal geometry exact: 1.5708 in a file means π/2, and axes that miss each other by 1e-6 m meet. NumPy only.
 
-A rounded angle destroys strata: configurations that are singular by symmetry are then only nearly singular.
+A rounded number destroys strata: configurations that are singular by symmetry are then only nearly singular.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.kinematics.chain import axis_frames
+from robust_ik.singularities.geometry.line_arm import LineArm
 from robust_ik.singularities.geometry.screw_chain import ScrewChain, axes_at_zero
 
 if TYPE_CHECKING:
@@ -19,14 +20,25 @@ if TYPE_CHECKING:
 
 TOLERANCE = 1e-4
 """Angles this close to a multiple of π/12 are replaced by it, rad."""
+SHORT = 2e-5
+"""Lengths this close to zero or to each other are made so, m, for an arm of usual size.
+
+Chosen: what five decimals of a metre leave of a length that was added up from a few; no arm of the catalogue is offset
+by so little on purpose.
+"""
 UNCHANGED = 1e-11
-"""Turns below this, rad, are rounding of the poses that were read; they are not reported as changes."""
+"""Turns below this, rad, and lengths in m, are rounding of what was read; they are not reported as changes."""
 STEP = np.pi / 12
 """15°: the angles of nominal geometry, 30°, 45°, 60° and 90°, are multiples of it."""
 
 
-def straightened(robot: Robot, chain: ScrewChain, tolerance: float = TOLERANCE) -> tuple[ScrewChain, tuple[str, ...]]:
-    """The chain with nearly exact directions made exact, and each change in words; lengths do not change.
+def straightened(
+    robot: Robot, chain: ScrewChain, tolerance: float = TOLERANCE
+) -> tuple[ScrewChain, tuple[str, ...], LineArm | None]:
+    """The chain with nearly exact numbers made exact, and each change in words.
+
+    Directions come first. Of arms that only turn, lengths between the axes follow, and what angles are left: see
+    `LineArm.evened`. Then the arm is returned by its common normals, too.
 
     Args:
         robot: The robot of the chain.
@@ -49,12 +61,37 @@ def straightened(robot: Robot, chain: ScrewChain, tolerance: float = TOLERANCE) 
         axes.append(rotation @ own)
         points.append(origin)
         before = frame
-    tip = np.eye(4)
-    tip[:3, 3] = origin + rotation @ (np.linalg.inv(before) @ robot.pose(robot.neutral)[:, 3])[:3]
+    tip = origin + rotation @ (np.linalg.inv(before) @ robot.pose(robot.neutral)[:, 3])[:3]
+    straight = _chain_of(chain, np.array(axes), np.array(points), tip) if changes else chain
+    if any(chain.sliding) or len(chain.sliding) != chain.n or not np.array_equal(chain.mixing, np.eye(chain.n)):
+        return straight, tuple(changes), None
+    lines = np.array(axes), np.array(points)
     if not changes:
-        return chain, ()
-    rotations, offsets, last = axis_frames(np.array(axes), np.array(points), tip)
-    return replace(chain, rotations=rotations, offsets=offsets, tip=last[:3, 3]), tuple(changes)
+        lines, tip = axes_at_zero(chain.rotations, chain.offsets), robot.pose(robot.neutral)[:3, 3]
+    even, moved = LineArm.of(*lines, tip).evened(SHORT * robot.length_scale, tolerance)
+    shifts = [
+        f"{joint}: lengths changed by {length:.2g} m"
+        for joint, (length, _) in zip(chain.joint_names[1:], moved)
+        if length > UNCHANGED * robot.length_scale
+    ]
+    turns = [
+        f"{joint}: turned by {angle:.2g} rad"
+        for joint, (_, angle) in zip(chain.joint_names[1:], moved)
+        if angle > UNCHANGED
+    ]
+    if not (shifts or turns):
+        return straight, tuple(changes), None
+    placed = even.frames
+    tip = placed[-1, :3, :3] @ even.tip + placed[-1, :3, 3]
+    return _chain_of(chain, placed[:, :3, 2], placed[:, :3, 3], tip), (*changes, *shifts, *turns), even
+
+
+def _chain_of(chain: ScrewChain, axes: Array, points: Array, tip: Array) -> ScrewChain:
+    """The chain with other axes, (n, 3), through these points, (n, 3), and the tip's point there, (3,)."""
+    pose = np.eye(4)
+    pose[:3, 3] = tip
+    rotations, offsets, last = axis_frames(axes, points, pose)
+    return replace(chain, rotations=rotations, offsets=offsets, tip=last[:3, 3])
 
 
 def nearest_exact(R: Array, tolerance: float) -> tuple[Array, float]:

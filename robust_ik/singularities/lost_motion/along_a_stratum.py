@@ -54,15 +54,22 @@ def lost_along(chain: ScrewChain, tool: Array, corank: int, samples: Array) -> L
         samples: Configurations on it as joint values, (S, n).
     """
     values = samples[np.unique(np.linspace(0, len(samples) - 1, SAMPLES).round().astype(int))]
-    every = replace(chain, rows=ROWS, length_scale=1.0)
+    every = replace(chain, rows=ROWS)
+    lost = [_lost_at(chain, tool, corank, each) for each in values]
+    axes = [Axes.of(J, np.zeros(3)) for J in every.jacobian(values)]
+    words = in_words(lost, axes, landmarks(axes[0]), chain.length_scale)
+    in_metres = lost[0]
+    if chain.length_scale != 1.0:
+        in_metres = _lost_at(replace(chain, length_scale=1.0), tool, corank, values[0])
+    return Lost(words, _way_out(lost), values[0], in_metres)
+
+
+def _lost_at(chain: ScrewChain, tool: Array, corank: int, values: Array) -> LostMotion:
+    """The lost motion at joint values (n,), in the chain's unit of length, with the tool's point as origin."""
+    T = np.eye(4)
+    T[:3, :3] = chain.last_axes(values) @ tool
     rows = tuple(ROWS.index(row) for row in chain.rows)
-    lost, axes = [], []
-    for J, H, each in zip(every.jacobian(values), every.hessian(values), values):
-        T = np.eye(4)
-        T[:3, :3] = chain.last_axes(each) @ tool
-        lost.append(lost_motion(J[list(rows)], H[list(rows)], T, corank, rows))
-        axes.append(Axes.of(J, np.zeros(3)))
-    return Lost(in_words(lost, axes, landmarks(axes[0])), _way_out(lost), values[0], lost[0])
+    return lost_motion(chain.jacobian(values), chain.hessian(values), T, corank, rows)
 
 
 def _way_out(lost: Sequence[LostMotion]) -> str:

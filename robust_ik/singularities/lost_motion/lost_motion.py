@@ -8,7 +8,7 @@ import numpy as np
 
 from robust_ik.checks import Array, as_array, readonly
 from robust_ik.errors import InputError
-from robust_ik.kinematics.svd import full_svd
+from robust_ik.kinematics.svd import whole_svd
 from robust_ik.singularities.lost_motion.sparse_basis import sparse_basis
 from robust_ik.singularities.lost_motion.wrench_screw import WrenchScrew
 
@@ -17,12 +17,15 @@ from robust_ik.singularities.lost_motion.wrench_screw import WrenchScrew
 class LostMotion:
     """The motion that is lost at a singular configuration of corank k.
 
+    An arm with fewer joints than rows cannot move its tip in some directions wherever it is. What it loses besides are
+    those that come back as it leaves the singular configuration, one way or another: r of them.
+
     Attributes:
         twists: Directions in which the tool cannot move, world axes at the tool's point, orthonormal and sparse
-            columns, (6, k), linear rows first; zero in rows that the task does not have.
+            columns, (6, k), or (6, r), linear rows first; zero in rows that the task does not have.
         tool_twists: The same subspace along the tool's axes, sparse columns of its own, (6, k).
         screws: The wrenches that the structure bears, one for each column of `twists`.
-        self_motions: Joint motions that do not move the tool, orthonormal columns, (n, n − m + k).
+        self_motions: Joint motions that do not move the tool, orthonormal columns, (n, n − rank).
         origin: The tool's point, (3,), m, about which moments are taken.
         curvature: For each column of `twists`, the smallest and the largest of uᵀ H[v, v] over unit self-motions v,
             (k, 2), in the units of the twist per rad². If both have one sign, the tool can leave along u to one side
@@ -47,6 +50,8 @@ class LostMotion:
         return int(self.twists.shape[1])
 
 
+VANISHED = 1e-7
+"""Derivatives of U₂ᵀ J V₂ below this fraction of the largest entry of ∂J/∂q count as zero."""
 ALL_ROWS = (0, 1, 2, 3, 4, 5)
 """Indices of the rows of a twist, position first."""
 
@@ -57,25 +62,25 @@ def lost_motion(
     """The motion that is lost at a configuration of a known corank.
 
     Args:
-        J: Jacobian, world axes at the tool's point, (m, n), m ≤ n.
+        J: Jacobian, world axes at the tool's point, (m, n).
         hessian: ∂J/∂q, (m, n, n).
         T_world_tool: The tool's pose, (4, 4).
         corank: k ≥ 1.
         rows: Which of the six rows of a twist J has.
 
     Raises:
-        InputError: Shapes do not fit, or the corank is not in [1, m].
+        InputError: Shapes do not fit, or the corank is not in [1, min(m, n)].
     """
     J = as_array(J, "J", (len(rows), None))
     m, n = J.shape
     hessian, T = as_array(hessian, "hessian", (m, n, n)), as_array(T_world_tool, "T_world_tool", (4, 4))
-    if not 1 <= corank <= m <= n:
-        raise InputError(f"corank must lie in [1, {m}] for {m} rows and {n} joints, got {corank}")
-    found = full_svd(J)
-    basis = np.zeros((6, corank))
-    basis[list(rows)] = found.U[:, m - corank :]
+    if not 1 <= corank <= min(m, n):
+        raise InputError(f"corank must lie in [1, {min(m, n)}] for {m} rows and {n} joints, got {corank}")
+    lost = lost_directions(J, hessian, corank)
+    basis = np.zeros((6, lost.shape[1]))
+    basis[list(rows)] = lost
     twists = sparse_basis(basis)
-    self_motions = found.Vt[m - corank :].T
+    self_motions = whole_svd(J).Vt[min(m, n) - corank :].T
     turn = np.kron(np.eye(2), T[:3, :3].T)
     return LostMotion(
         twists=twists,
@@ -85,6 +90,28 @@ def lost_motion(
         origin=T[:3, 3],
         curvature=np.array([_curvature(column[list(rows)], hessian, self_motions) for column in twists.T]),
     )
+
+
+def lost_directions(J: Array, hessian: Array, corank: int) -> Array:
+    """The directions of the task that are lost at a configuration of corank k, orthonormal columns, (m, k) or (m, r).
+
+    With m ≤ n they are the k weakest left singular vectors. With m > n there are always m − n such vectors: those are
+    lost along which a small motion of some joint lets the self-motions move the tool, as the derivative of U₂ᵀ J V₂
+    shows; all of them if it vanishes.
+
+    Args:
+        J: The Jacobian, (m, n).
+        hessian: ∂J/∂q, (m, n, n).
+        corank: k ≥ 1.
+    """
+    found, kept = whole_svd(J), min(J.shape) - corank
+    weakest = found.U[:, kept:]
+    if J.shape[0] <= J.shape[1]:
+        return np.asarray(weakest)
+    change = np.einsum("ia,ijk,bj->abk", weakest, hessian, found.Vt[kept:])
+    gained = whole_svd(change.reshape(weakest.shape[1], -1))
+    rank = int(np.sum(gained.s > VANISHED * np.abs(hessian).max(initial=0.0)))
+    return np.asarray(weakest @ gained.U[:, :rank] if rank else weakest)
 
 
 def _curvature(u: Array, hessian: Array, motions: Array) -> tuple[float, float]:

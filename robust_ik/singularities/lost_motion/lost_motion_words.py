@@ -15,22 +15,23 @@ from robust_ik.singularities.lost_motion.wrench_screw import WrenchScrew
 ROW_NAMES = ("v_x", "v_y", "v_z", "w_x", "w_y", "w_z")
 
 
-def in_words(lost: Sequence[LostMotion], axes: Sequence[Axes], named: Sequence[Landmark]) -> str:
+def in_words(lost: Sequence[LostMotion], axes: Sequence[Axes], named: Sequence[Landmark], unit: float = 1.0) -> str:
     """The wrenches that the structure bears by itself at every sample, and so the motions that the tool cannot make.
 
     Args:
         lost: The lost motion at each sample of a stratum, all of one corank.
         axes: The joint axes there.
         named: The arm's landmarks.
+        unit: The unit of length of all these, m.
     """
     if not lost:
         return "nothing is known: no samples"
     if lost[0].corank == 1:
-        return _one([each.screws[0] for each in lost], axes, named)
+        return _one([each.screws[0] for each in lost], axes, named, unit)
     return _several(lost, axes, named)
 
 
-def _one(screws: Sequence[WrenchScrew], axes: Sequence[Axes], named: Sequence[Landmark]) -> str:
+def _one(screws: Sequence[WrenchScrew], axes: Sequence[Axes], named: Sequence[Landmark], unit: float) -> str:
     place = _place(screws, axes, named)
     if all(screw.is_couple for screw in screws):
         return f"pure couple{_along(screws, axes)}"
@@ -38,7 +39,7 @@ def _one(screws: Sequence[WrenchScrew], axes: Sequence[Axes], named: Sequence[La
         return f"pure force {place}".rstrip()
     pitches = np.array([screw.pitch for screw in screws])
     if np.isfinite(pitches).all() and np.ptp(pitches) < SAME:
-        return f"wrench of pitch {pitches[0]:.4g} m/rad {place}".rstrip()
+        return f"wrench of pitch {unit * pitches[0]:.4g} m/rad {place}".rstrip()
     return f"screw of varying pitch {place}".rstrip()
 
 

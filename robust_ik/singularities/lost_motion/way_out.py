@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robust_ik.checks import Array, readonly
-from robust_ik.kinematics.svd import full_svd, svd
+from robust_ik.kinematics.svd import svd, whole_svd
 from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 from robust_ik.singularities.lost_motion.lost_motion import LostMotion
@@ -58,7 +58,8 @@ def way_out(chain: ScrewChain, values: Array, lost: LostMotion, reach: float = 0
     strongest = int(np.argmax(np.abs(found.eigenvalues)))
     v = lost.self_motions @ found.eigenvectors[:, strongest]
     v = v if v[np.abs(v).argmax()] > 0 else -v
-    kept = full_svd(chain.jacobian(values)).U[:, : chain.m - lost.corank]
+    rank = chain.n - lost.self_motions.shape[1]
+    kept = whole_svd(chain.jacobian(values)).U[:, :rank]
     ahead, back = (_carried(chain, values, kept, sign * v, reach / steps, steps) for sign in (1.0, -1.0))
     way = np.concatenate([back[:0:-1], ahead])
     return WayOut(direction, float(found.eigenvalues[strongest]), v, way)

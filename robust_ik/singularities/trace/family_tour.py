@@ -97,6 +97,6 @@ def _swung(facts: RobotFacts, leaf: Leaf, path: Array, rest: Array, attempt: int
 
 def _apart(chain: ScrewChain, values: Array, corank: int) -> float:
     """The least σ_{m−k}/σ₁ on the way: the distance from a higher corank."""
-    if corank >= chain.m:
+    if corank >= chain.full_rank:
         return 1.0
-    return float(relative_sigmas(chain, values)[:, chain.m - corank - 1].min())
+    return float(relative_sigmas(chain, values)[:, chain.full_rank - corank - 1].min())

@@ -59,7 +59,7 @@ def nearest(chain: ScrewChain, strata: Sequence[Stratum], values: Array) -> list
         ends = [_nearest_on(chain, leaf, values) for leaf in stratum.leaves]
         end = min(ends, key=lambda each: float(np.linalg.norm(each - values)))
         path = values + np.linspace(0.0, 1.0, PATH)[:, None] * (end - values)
-        sigma = svd(chain.jacobian(path)).s[:, chain.m - stratum.corank]
+        sigma = svd(chain.jacobian(path)).s[:, chain.full_rank - stratum.corank]
         found.append(Nearest(stratum, float(np.linalg.norm(end - values)), end, path, sigma))
     return sorted(found, key=lambda each: (each.distance, -each.stratum.dimension))
 

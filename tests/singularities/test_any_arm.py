@@ -1,0 +1,208 @@
+"""The atlas of arms as they are really met: few joints, any size, any mount, long slides, rounded numbers."""
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import robust_ik as rik
+from robust_ik.singularities.atlas.evidence import Completeness
+from robust_ik.singularities.conditions.angle_sums import Angle, brought
+from robust_ik.singularities.geometry.line_arm import LineArm
+from robust_ik.singularities.geometry.screw_chain import ScrewChain, axes_at_zero
+from tests.arms import arm_of, ur5
+
+DATA = Path(__file__).parents[1] / "data"
+STARTS = 200
+RIGHT = float(np.pi / 2)
+
+
+@cache
+def case(name, starts=STARTS, **how):
+    return rik.find_singularities(rik.load(DATA / f"{name}.urdf", **how), starts=starts)
+
+
+def rows(atlas, corank=1):
+    return [row.words for row in atlas.of_corank(corank)]
+
+
+def is_certified(atlas):
+    return all(each.status is Completeness.CERTIFIED for each in atlas.evidence)
+
+
+# ----------------------------------------------------------------------------------------------- few joints
+@pytest.mark.parametrize("name", ["pan_tilt", "pan_tilt_centred", "one_r", "one_p", "gantry3p"])
+def test_arms_whose_joints_always_move_the_tip_have_no_singularities(name):
+    atlas = case(name)
+    assert len(atlas) == 0
+    assert is_certified(atlas)
+    assert "its corank is" in atlas.explanation
+
+
+@pytest.mark.parametrize("name", ["gimbal_3r", "gimbal_turned_mount"])
+def test_a_gimbal_locks_at_a_right_angle_whatever_its_mount(name):
+    atlas = case(name)
+    assert rows(atlas) == ["q2 = ±π/2"]
+    assert [row.dimension for row in atlas] == [2]
+    assert is_certified(atlas)
+
+
+def test_a_scara_is_singular_where_its_arm_is_straight():
+    atlas = case("scara")
+    assert rows(atlas) == ["q2 ∈ {0, π}"]
+    assert is_certified(atlas)
+    assert atlas.strata[0].lost.words == "pure force"
+
+
+def test_an_arm_of_five_joints_has_its_elbow_and_all_else_where_its_six_rows_lose_rank():
+    atlas = case("five_dof")
+    assert rows(atlas) == ["q3 = ±π/2", "q2 − q4 = 0 and q2 + q3 + q4 = −π/2", "q2 − q4 = π and q2 + q3 + q4 = π/2"]
+    assert is_certified(atlas)
+    robot = rik.load(DATA / "five_dof.urdf")
+    for row in atlas:
+        s = np.linalg.svd(robot.jacobian(robot.configuration(row.samples)), compute_uv=False)
+        assert (s[:, robot.n - row.corank] < 1e-9 * s[:, 0]).all()
+    anywhere = np.linalg.svd(robot.jacobian(robot.random(np.random.default_rng(0), 500)), compute_uv=False)
+    assert (anywhere[:, -1] > 1e-6 * anywhere[:, 0]).mean() > 0.99
+
+
+def test_what_few_joints_lose_comes_back_as_they_leave():
+    """Every lost direction is a force that does no work in any motion there, but does as some joint moves on."""
+    robot, atlas = rik.load(DATA / "five_dof.urdf"), case("five_dof")
+    for row in atlas:
+        lost = row.lost.example
+        q = robot.configuration(row.lost.values)
+        np.testing.assert_allclose(lost.twists.T @ robot.jacobian(q), 0, atol=1e-9)
+        np.testing.assert_allclose(robot.jacobian(q) @ lost.self_motions, 0, atol=1e-9)
+        assert lost.self_motions.shape == (robot.n, row.corank)
+        change = np.einsum("ir,ijk,jm->rmk", lost.twists, robot.hessian(q), lost.self_motions)
+        assert (np.abs(change).max(axis=(1, 2)) > 1e-3).all()
+
+
+def test_rows_that_are_asked_for_are_analysed_as_before():
+    robot = rik.load(DATA / "scara.urdf")
+    atlas = rik.find_singularities(robot, rows=("x", "y", "z"), starts=STARTS)
+    assert atlas.robot.chain.rows == ("x", "y", "z")
+    assert rows(atlas) == ["q2 ∈ {0, π}"]
+
+
+# ----------------------------------------------------------------------------------------------- size and place
+@pytest.mark.parametrize("size", [1e-6, 1e-3, 0.01, 30.0, 1e6])
+def test_rows_words_and_proofs_are_the_same_at_any_size(size):
+    one, other = (rik.find_singularities(ur5(each), starts=STARTS) for each in (1.0, size))
+    assert [(row.corank, row.words, row.lost.words) for row in one] == [
+        (row.corank, row.words, row.lost.words) for row in other
+    ]
+    assert [each.status for each in one.evidence] == [each.status for each in other.evidence]
+
+
+def test_a_tiny_arm_has_the_families_of_the_same_arm_at_full_size():
+    tiny = case("tiny_arm_mm")
+    assert [len(tiny.of_corank(k)) for k in (1, 2)] == [3, 7]
+    assert is_certified(tiny)
+
+
+def test_a_mount_changes_nothing():
+    joints = [
+        ("0 0 0.1", "0 0 0", "0 0 1", -3, 3), ("0.05 0 0.1", "0 0 0", "0 1 0", -3, 3),
+        ("0 0 0.4", "0 0 0", "0 1 0", -3, 3), ("0 0 0.3", "0 0 0", "0 1 0", -3, 3), ("0 0 0.1", "0 0 0", "0 0 1", -3, 3),
+    ]  # fmt: skip
+    turned = [("0.3 -0.1 0.1", "0.5235987755982988 0 0.7853981633974483", *joints[0][2:]), *joints[1:]]
+    one, other = (rik.find_singularities(arm_of(each, "0 0 0.1"), starts=STARTS) for each in (joints, turned))
+    assert [row.words for row in one] == [row.words for row in other]
+    assert len(one) > 0
+
+
+@pytest.mark.parametrize("name", ["mobile_drive_1000", "mobile_drive_999999"])
+def test_a_slide_of_kilometres_has_the_families_of_one_of_five_metres(name, tmp_path):
+    text = (DATA / "mobile_drive_1000.urdf").read_text()
+    assert text.count('"-1000') == text.count('"1000') == 1
+    near = tmp_path / "near.urdf"
+    near.write_text(text.replace('"-1000', '"-5').replace('"1000', '"5'))
+    wanted = rik.find_singularities(rik.load(near), 1, certify=False)
+    found = rik.find_singularities(rik.load(DATA / f"{name}.urdf"), 1, certify=False)
+    assert len(wanted) == 8
+    assert rows(found) == rows(wanted)
+    assert not found.robot.reduced
+
+
+def test_rows_that_only_rounding_moves_are_left_out():
+    atlas = case("lift_and_telescope")
+    assert set(atlas.robot.chain.rows) <= {"y", "z", "wz"}
+    assert len(atlas) == 0
+
+
+def test_an_arm_on_a_torso_is_analysed():
+    atlas = case("torso_and_arm_8r", starts=100)
+    assert len(atlas.of_corank(1)) > 0
+    assert all(each.status is not Completeness.INTERRUPTED for each in atlas.evidence)
+
+
+# ----------------------------------------------------------------------------------------------- rounded numbers
+def test_rounded_lengths_are_told_and_the_meant_families_found_with_how_near_the_model_comes():
+    atlas = case("lengths_rounded_6r", starts=500)
+    assert "q5 ∈ {0, π}" in rows(atlas)
+    assert atlas.evidence[0].status is Completeness.CERTIFIED
+    assert "q6: lengths changed by 1e-07 m" in atlas.explanation
+    (wrist,) = [row for row in atlas if row.words == "q5 ∈ {0, π}"]
+    assert 1e-9 < wrist.off < 1e-6
+
+
+@pytest.mark.parametrize("digits", [5, 6, 7])
+def test_an_arm_with_rounded_lengths_and_angles_has_the_rows_of_the_exact_one(digits):
+    joints = [
+        ("0 0 0.6718", "0 0 0", "0 0 1", -3, 3),
+        ("0 0.1397 0", f"{-RIGHT} 0 0", "0 0 1", -3, 3),
+        ("0.4318 0 0", "0 0 0", "0 0 1", -3, 3),
+        ("0.0203 -0.4331234 0", f"{RIGHT} 0 0", "0 0 1", -3, 3),
+        ("0 0.0000004 0", f"{-RIGHT} 0 0", "0 0 1", -3, 3),
+        ("0 0 0", f"{RIGHT} 0 0", "0 0 1", -3, 3),
+    ]
+    rounded = [
+        (*(" ".join(str(round(float(word), digits)) for word in text.split()) for text in line[:2]), *line[2:])
+        for line in joints
+    ]
+    one, other = (rik.find_singularities(arm_of(each, "0 0 0.1"), starts=STARTS) for each in (joints, rounded))
+    assert [(row.corank, row.dimension, len(row.conditions)) for row in one] == [
+        (row.corank, row.dimension, len(row.conditions)) for row in other
+    ]
+    assert "q5 ∈ {0, π}" in rows(one)
+    assert "q5 ∈ {0, π}" in rows(other)
+
+
+@pytest.mark.parametrize("name", ["panda", "ur5", "puma560", "kinova_gen3", "pa10"])
+def test_an_arm_by_its_common_normals_has_its_axes(name):
+    robot = rik.load(name)
+    chain = ScrewChain.of(robot)
+    axes, points = axes_at_zero(chain.rotations, chain.offsets)
+    frames = LineArm.of(axes, points, robot.pose(robot.neutral)[:3, 3]).frames
+    np.testing.assert_allclose(frames[:, :3, 2], axes, atol=1e-12)
+    apart = np.cross(frames[:, :3, 3] - points, axes)
+    np.testing.assert_allclose(apart, 0, atol=1e-12)
+
+
+def test_near_lengths_become_alike_and_nothing_else_changes():
+    rng = np.random.default_rng(0)
+    turns = Rotation.random(6, random_state=1).as_matrix()
+    arm = LineArm.of(turns[:, :, 2], rng.normal(size=(6, 3)), rng.normal(size=3))
+    same, changes = arm.evened(1e-9, 1e-9)
+    assert max(max(each) for each in changes) < 1e-12
+    np.testing.assert_allclose(same.frames, arm.frames, atol=1e-9)
+
+
+# ------------------------------------------------------------------------------------ angles that share joints
+def test_angles_that_share_joints_are_brought_to_their_values_together():
+    rng = np.random.default_rng(0)
+    angles = [Angle((1, 3), (1, -1), 2 * np.pi), Angle((1, 2, 3), (1, 1, 1), 2 * np.pi), Angle((4,), (1,), np.inf)]
+    to = np.array([0.3, -2.0, 0.5])
+    found = brought(rng.normal(size=(50, 5)) * 4, angles, to)
+    for angle, value in zip(angles, to):
+        np.testing.assert_allclose(angle.wrapped(angle.of(found) - value), 0, atol=1e-12)
+
+
+def test_an_angle_that_others_determine_is_left_as_it_is():
+    angles = [Angle((0,), (1,), 2 * np.pi), Angle((1,), (1,), 2 * np.pi), Angle((0, 1), (1, 1), 2 * np.pi)]
+    found = brought(np.zeros((1, 2)), angles, np.array([0.1, 0.2, 9.0]))
+    np.testing.assert_allclose(found, [[0.1, 0.2]])
