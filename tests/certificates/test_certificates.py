@@ -22,6 +22,7 @@ from robust_ik.certificates.effort import Effort
 from robust_ik.certificates.proof.case_tree import Form, Node, Source, State
 from robust_ik.certificates.proof.proof_leaves import LeafPlace
 from robust_ik.certificates.proof.real_roots import real_root_count, real_roots
+from robust_ik.certificates.prover import factoring
 from robust_ik.certificates.prover.exact_arm import ExactArm, exact_arm, half_angle
 from robust_ik.certificates.prover.rational_matrices import turn
 from tests.cases_mutations import spoiled
@@ -553,3 +554,31 @@ def test_real_roots_are_counted_and_found():
     assert real_root_count(("0", "0", "1")) == 1
     assert [float(root) for root in real_roots(("-2", "0", "1"))] == pytest.approx([-(2**0.5), 2**0.5], abs=1e-15)
     assert real_roots(("0", "-1", "0", "1"))[1] == pytest.approx(0, abs=1e-15)
+
+
+IRREDUCIBLE = [(0, 0.2, 90), (0.3, 0, 0), (0, 0.1, 90), (0.25, 0.05, 0), (0, 0.1, 90), (0.1, 0.1, 0)]
+"""a, d, α° of an arm whose determinant has no factors: its only leaf is the determinant itself."""
+
+
+def test_a_determinant_without_factors_is_implicit_not_certified():
+    joints = tuple(rik.DHJoint(a=a, d=d, alpha=np.radians(turn)) for a, d, turn in IRREDUCIBLE)
+    found = certify(rik.Robot.from_dh(rik.DHTable(joints, "standard")), 1)
+    verdict = check(found)
+    assert [node.kind for node in found.nodes] == ["split", "leaf"]
+    assert (found.status, verdict.accepted, verdict.implicit) == ("implicit", False, True)
+    atlas = rik.find_singularities(rik.Robot.from_dh(rik.DHTable(joints, "standard")), 1, starts=50)
+    assert "implicit" in atlas.explanation
+    assert "certified" not in atlas.explanation
+
+
+@pytest.mark.parametrize("name", ["ur5", "puma560"])
+def test_a_proof_whose_factors_are_multiplied_into_one_says_nothing(name, monkeypatch):
+    import flint
+
+    split = proof(name, 1)
+    assert check(split).accepted
+    whole = lambda half, value: (flint.fmpq(1), [(factoring.Homogeneous(value.value, value.degrees), 1)])  # noqa: E731
+    monkeypatch.setattr(factoring, "_over_rationals", whole)
+    forged = certify(robot(name), 1, thorough=False)
+    verdict = check(forged)
+    assert (forged.status, verdict.accepted) == ("implicit", False)

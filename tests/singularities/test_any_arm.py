@@ -107,7 +107,8 @@ def test_a_tiny_arm_has_the_families_of_the_same_arm_at_full_size():
 def test_a_mount_changes_nothing():
     joints = [
         ("0 0 0.1", "0 0 0", "0 0 1", -3, 3), ("0.05 0 0.1", "0 0 0", "0 1 0", -3, 3),
-        ("0 0 0.4", "0 0 0", "0 1 0", -3, 3), ("0 0 0.3", "0 0 0", "0 1 0", -3, 3), ("0 0 0.1", "0 0 0", "0 0 1", -3, 3),
+        ("0 0 0.4", "0 0 0", "0 1 0", -3, 3), ("0 0 0.3", "0 0 0", "0 1 0", -3, 3),
+        ("0 0 0.1", "0 0 0", "0 0 1", -3, 3),
     ]  # fmt: skip
     turned = [("0.3 -0.1 0.1", "0.5235987755982988 0 0.7853981633974483", *joints[0][2:]), *joints[1:]]
     one, other = (rik.find_singularities(arm_of(each, "0 0 0.1"), starts=STARTS) for each in (joints, turned))

@@ -97,9 +97,16 @@ class Proof:
         return tuple(node for node in self.nodes if node.kind in ("leaf", "implicit"))
 
     def is_implicit(self, node: Node) -> bool:
-        """Whether a case is a leaf that only repeats the equations: two or more of its relations are whole minors."""
+        """Whether a case is a leaf that only repeats the equations.
+
+        That is so if its relations are whole minors, and they are several, or nothing else is known there: a
+        determinant that was not split says again that the determinant is zero.
+        """
+        if node.kind != "leaf":
+            return node.kind == "implicit"
         forms = [node.state.generators[index] for index, _ in node.relations]
-        return node.kind == "implicit" or (len(forms) > 1 and all(form in self._whole_minors for form in forms))
+        alone = len(forms) > 1 or (len(forms) == 1 and not node.state.pins)
+        return alone and all(form in self._whole_minors for form in forms)
 
     @cached_property
     def _whole_minors(self) -> frozenset[Form]:
