@@ -57,9 +57,9 @@ def find_singularities(
         starts: Random starts for each corank.
         rng: A seed, or a generator to draw one from; by default always the same.
         rows: Task rows, of x y z wx wy wz; default the robot's. Rows that it cannot move are left out; the atlas says
-            so.
-        length_scale: Length by which linear rows are divided, 0.001 to 1000 m; default 1. Strata do not depend on it,
-            σ does.
+            so. Of fewer joints than six rows the corank is the number of joints less the rank.
+        length_scale: Length by which linear rows are divided where σ is told, m; default the robot's. Strata do not
+            depend on it.
         tolerance: ‖r‖/σ₁ that counts as zero, r being the k smallest singular values.
         method: "projection" (Levenberg-Marquardt), or "gradient", the paper's own, for comparison.
         table: DH table whose lengths name coefficients; by default the table of a robot of the catalogue.
