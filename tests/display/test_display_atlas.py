@@ -67,6 +67,19 @@ def test_every_frame_of_every_walk_is_singular_of_its_corank(name):
         assert (s[:, len(rows) - family.stratum.corank] < 1e-9 * s[:, 0]).all(), family.stratum.words
 
 
+@pytest.mark.parametrize("name", ["srs_7r", "pa10"])
+def test_the_caption_of_the_way_out_says_what_the_family_says(name):
+    """An end of reach has no other side, although rounding may leave a curvature of the other sign."""
+    sides = {"one side only": "to the other side there is no way", "both sides": "leads to the other side"}
+    seen = set()
+    for row, family in zip(data_of(page_of(name))["rows"], shown(name), strict=True):
+        for said, wanted in sides.items():
+            if said in family.stratum.lost.way_out:
+                seen.add(said)
+                assert wanted in row["sway"]["caption"], family.stratum.words
+    assert seen == set(sides)
+
+
 @pytest.mark.parametrize("name", ["srs_7r", "duleba_3r"])
 def test_joint_values_in_the_page_are_those_of_the_walk_in_degrees(name):
     rows = data_of(page_of(name))["rows"]

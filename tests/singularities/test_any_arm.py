@@ -207,3 +207,12 @@ def test_an_angle_that_others_determine_is_left_as_it_is():
     angles = [Angle((0,), (1,), 2 * np.pi), Angle((1,), (1,), 2 * np.pi), Angle((0, 1), (1, 1), 2 * np.pi)]
     found = brought(np.zeros((1, 2)), angles, np.array([0.1, 0.2, 9.0]))
     np.testing.assert_allclose(found, [[0.1, 0.2]])
+
+
+# ------------------------------------------------------------------------------------ how it is written
+def test_names_in_latex_have_subscripts():
+    latex = case("five_dof").latex()
+    assert r"$q_{2} - q_{4} = 0$, $q_{2} + q_{3} + q_{4} = -\pi /2$" in latex
+    latex = case("lengths_rounded_6r", starts=500).latex()
+    assert "s_{2}" in latex
+    assert "c_{2-3}" in latex

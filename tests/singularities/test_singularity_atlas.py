@@ -381,7 +381,7 @@ def test_tables_hold_every_row():
     assert str(atlas) == atlas.markdown()
     latex = atlas.latex()
     assert latex.count(r"\\") == len(atlas) + 1
-    assert r"$q2 \in \{0, \pi \}$" in latex
+    assert r"$q_{2} \in \{0, \pi \}$" in latex
     assert [row["corank"] for row in atlas.records()] == [row.corank for row in atlas]
 
 

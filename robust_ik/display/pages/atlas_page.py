@@ -36,7 +36,7 @@ _LEGEND: tuple[Entry, ...] = (
         "wrench",
         "wrench",
         "Wrench it bears",
-        "Line of the force, ring of the couple, that the structure bears by itself.",
+        "A load that the structure holds by itself, since no joint does work on it: line of a force, ring of a couple.",
     ),
     ("trail", "trail", "Path of the tip", "Where the tip comes in this motion."),
 )
@@ -117,7 +117,8 @@ def _sway_caption(facts: RobotFacts, family: Family) -> str:
     way, beyond = family.way, "" if within_limits(facts, family.way.values) else " Partly outside the joint limits."
     if abs(way.curvature) < FLAT:
         return f"Joints along a self-motion: to second order the tool gains nothing along what is lost.{beyond}"
-    both = float(family.lost.curvature[way.direction].prod()) < 0
+    low, high = family.lost.curvature[way.direction]
+    both = low < -FLAT and high > FLAT  # as in the words of the family
     sides = "another self-motion leads to the other side" if both else "to the other side there is no way"
     return f"Joints along a self-motion, either way: the tool leaves {_leaving(family)}; {sides}.{beyond}"
 

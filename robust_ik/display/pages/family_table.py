@@ -62,6 +62,13 @@ def _row(facts: RobotFacts, index: int, family: Family) -> str:
     )
 
 
+CURVATURE = (
+    "κ says how fast joints that move along a self-motion, by s in all, carry the tool along what is lost: by κ s²/2. "
+    "Where it has one sign for all self-motions, the tool can leave to one side only"
+)
+"""What κ is, for those who have not read about it."""
+
+
 def _card(facts: RobotFacts, family: Family) -> str:
     stratum, lost = family.stratum, family.lost
     way_out = [stratum.lost.way_out] if stratum.lost else []
@@ -73,7 +80,7 @@ def _card(facts: RobotFacts, family: Family) -> str:
         ("Lost, tool axes", [twist_words(column) for column in lost.tool_twists.T]),
         ("Borne wrench", [screw_words(screw) for screw in lost.screws]),
         ("Tool point", [f"{axis_words(lost.origin)} m"]),
-        ("Way out", [*way_out, *(curvature_words(lost, index) for index in range(lost.corank))]),
+        ("Way out", [*way_out, *(curvature_words(lost, index) for index in range(lost.corank)), CURVATURE]),
         ("Checked", [f"largest σ/σ₁ at random members: {stratum.residual:.1e}".replace("e-", "e−"), *_floor(family)]),
     ]
     listed = "".join(

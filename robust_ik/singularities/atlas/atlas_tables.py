@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import re
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 
 HEADINGS = ("corank", "conditions", "dim", "pieces", "within limits", "margin", "what is lost, as a wrench")
 NO_LIMITS = "no limits"
+SUBSCRIPT = re.compile(r"(?<![A-Za-z0-9\\])([A-Za-z])([0-9]+|\([0-9+-]+\))(?![A-Za-z0-9])")
+"""A name of one letter and its index, in a formula."""
 TEX = {
     "π": r"\pi ", "∈": r"\in", "±": r"\pm ", "−": "-", "½": r"\tfrac12 ", "·": r"\cdot ", "σ": r"\sigma ",
     "^": "^",  # a power; two of them would begin a character by its number in TeX
@@ -104,7 +107,14 @@ def _tex(text: str) -> str:
         return rf"$\approx {text[2:]}$"
     escaped = in_latex(text.replace("^^", "^ ^"), TEX)
     formula = "=" in text or "∈" in text or "−" in text
-    return f"${escaped}$" if formula and "no short" not in text else escaped
+    if not formula or "no short" in text:
+        return escaped
+    return f"${SUBSCRIPT.sub(_lowered, escaped)}$"
+
+
+def _lowered(found: re.Match[str]) -> str:
+    """A name with its index as a subscript: q3, c23, s(2-3)."""
+    return f"{found[1]}_{{{found[2].strip('()')}}}"
 
 
 def to_pandas(atlas: AtlasRecord) -> Any:
