@@ -203,10 +203,12 @@ def samples(found: Proof, each: int) -> list[tuple[str, Proof]]:
 
 
 @pytest.mark.parametrize(
-    "name, corank, each", [("pa10", 1, 3), ("duleba_3r", 2, 9), ("panda", 1, 1), ("puma560", 1, 9)]
+    "name, corank, each",
+    [("pa10", 1, 3), ("duleba_3r", 2, 9), ("panda", 1, 1), ("puma560", 1, 9), ("ur5", 1, 9), ("srs_7r", 1, 3)],
 )
 def test_the_checker_refuses_spoiled_proofs(name, corank, each):
-    parallel = ("joint 3 moved along z", "joint 4 moved along z") if name == "puma560" else ()  # changes no minor
+    along = {"puma560": (3, 4), "ur5": (3, 4, 5)}.get(name, ())  # axes in parallel: changes no minor
+    parallel = [f"joint {joint} moved along z" for joint in along]
     for kind, other in samples(proof(name, corank), each):
         verdict = check(other)
         assert verdict.accepted == (kind in parallel), f"{kind}: {verdict.reason}"

@@ -68,6 +68,34 @@ def test_an_arm_of_five_joints_has_its_elbow_and_all_else_where_its_six_rows_los
     assert (anywhere[:, -1] > 1e-6 * anywhere[:, 0]).mean() > 0.99
 
 
+FIVE_JOINTS = {
+    "youbot": [(0.033, 0.147, 90), (0.155, 0, 0), (0.135, 0, 0), (0, 0, 90), (0, 0.2175, 0)],
+    "widowx": [(0.05, 0.127, 90), (0.2, 0, 0), (0.15, 0, 0), (0, 0, 90), (0, 0.12, 0)],
+}
+"""a, d, α° of arms of five joints: a shoulder, parallel axes, a wrist that turns."""
+
+
+@pytest.mark.parametrize("name", FIVE_JOINTS)
+def test_arms_of_five_joints_have_an_elbow_and_a_wrist_over_their_first_axis(name):
+    joints = tuple(rik.DHJoint(a=a, d=d, alpha=np.radians(turn)) for a, d, turn in FIVE_JOINTS[name])
+    atlas = rik.find_singularities(rik.Robot.from_dh(rik.DHTable(joints, "standard")), starts=STARTS)
+    elbow, wrist = atlas.of_corank(1)
+    assert elbow.words == "q3 ∈ {0, π}"
+    assert "q2 + q3 + q4 ∈ {0, π}" in wrist.words
+    assert wrist.dimension == 3
+    assert atlas.evidence[0].status is Completeness.CERTIFIED
+
+
+@pytest.mark.parametrize("name", ["so100", "so101"])
+def test_hobby_arms_of_five_joints_have_an_elbow_and_a_wrist(name):
+    atlas = rik.find_singularities(rik.load(name), 1, starts=STARTS)
+    assert atlas.robot.chain.n == 5
+    assert [row.dimension for row in atlas] == [4, 3]
+    assert atlas.strata[0].words.startswith("q3 ∈ {")
+    assert atlas.strata[1].words.startswith("q2 + q3 + q4")
+    assert atlas.evidence[0].status is Completeness.CERTIFIED
+
+
 def test_what_few_joints_lose_comes_back_as_they_leave():
     """Every lost direction is a force that does no work in any motion there, but does as some joint moves on."""
     robot, atlas = rik.load(DATA / "five_dof.urdf"), case("five_dof")
