@@ -11,7 +11,7 @@ import math
 import os
 import sys
 import time
-from collections import Counter, deque
+from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
@@ -234,13 +234,15 @@ LOOPS = 50
 """Whole motions that one process takes at a time."""
 
 
-def loops(count, seed, surroundings=closed_loop.SURROUNDINGS):
+def loops(count, seed, surroundings=closed_loop.SURROUNDINGS, until=math.inf):
     """How many motions of so many came to rest, arrived, still moved when time was up, and what shook or broke.
 
-    Exact ones that still move are given LONGER.
+    Exact ones that still move are given LONGER. None is begun after a time of `time.time`.
     """
     rng, counts, broken = np.random.default_rng(seed), Counter(), []
     for _ in range(count):
+        if time.time() >= until:
+            break
         draw = closed_loop.draw(rng, surroundings=surroundings)
         ending = closed_loop.run(draw)
         creeps = not (draw.noisy or ending.chatters or ending.error < ARRIVED or ending.speed < closed_loop.REST)
@@ -295,36 +297,23 @@ def soak_steps(wanted, seed, pool):
         print(f"  {status.name.lower():<11}{count:>10,}")
 
 
-AHEAD = 16
-"""Chunks of motions that wait or are at work."""
-
-
-def in_turn(pool, tasks, until):
-    """The results of tasks, (function, *arguments), in their order; none is begun after a time of `perf_counter`."""
-    waiting = deque()
-    for task in tasks:
-        if time.perf_counter() >= until:
-            break
-        waiting.append(pool.submit(*task))
-        if len(waiting) == AHEAD:
-            yield waiting.popleft().result()
-    while waiting:
-        yield waiting.popleft().result()
-
-
 def soak_loops(wanted, seed, pool, surroundings, minutes=math.inf):
     """The number of motions that shook or left the limits; no more are begun after so many minutes."""
     sizes = [min(LOOPS, wanted - done) for done in range(0, wanted, LOOPS)]
     seeds = np.random.SeedSequence(seed).spawn(len(sizes))
-    counts, broken, made, started = Counter(), [], 0, time.perf_counter()
+    counts, broken, started = Counter(), [], time.perf_counter()
+    until = time.time() + 60 * minutes
     with Progress() as bar:
         task = bar.add_task("motions", total=wanted)
-        tasks = ((loops, size, each, surroundings) for size, each in zip(sizes, seeds))
-        for found, size in zip(in_turn(pool, tasks, started + 60 * minutes), sizes):
+        tasks = [pool.submit(loops, size, each, surroundings, until) for size, each in zip(sizes, seeds)]
+        for each, size in zip(tasks, sizes):
+            found = each.result()
             counts.update(found[0])
             broken += found[1]
-            made += size
+            if found[1]:
+                print(*found[1], sep="\n", flush=True)
             bar.update(task, advance=size)
+    made = sum(counts.values()) + sum(each.startswith("shakes") for each in broken)
     seconds = time.perf_counter() - started
     print(
         f"{made:,} motions of {len(closed_loop.ARMS)} arms ({', '.join(surroundings)}) in {seconds:.0f} s, "
@@ -332,7 +321,6 @@ def soak_loops(wanted, seed, pool, surroundings, minutes=math.inf):
     )
     for name, count in counts.most_common():
         print(f"  {count:>10,} {name}")
-    print(*broken, sep="\n")
     return len(broken)
 
 
