@@ -87,7 +87,7 @@ def certify(
     robot: RobotArgument,
     corank: Annotated[
         int | None,
-        typer.Option("--corank", help="How many directions are lost; default all up to the first impossible."),
+        typer.Option("--corank", help="How much rank is lost; default all up to the first impossible."),
     ] = None,
     tip: TipOption = None,
     output: Annotated[

@@ -31,6 +31,16 @@ CASES = {
     "one_p": (1, None, "x", None),
     "palletiser_mimic": (4, None, "tool", None),
     "scara": (4, None, "tool", None),
+    "pan_tilt": (2, None, "cam", "its links span 0.08 m"),
+    "pan_tilt_centred": (2, None, "cam", None),
+    "gimbal_turned_mount": (3, None, "y", None),
+    "one_r": (1, None, "tip", None),
+    "tiny_arm_mm": (6, None, "a_tool", "its links span 0.00103 m"),
+    "lengths_rounded_6r": (6, None, "l6", None),
+    "lift_and_telescope": (6, None, "l8", None),
+    "torso_and_arm_8r": (8, None, "l10", None),
+    "mobile_drive_1000": (8, None, "a_tool", None),
+    "mobile_drive_999999": (8, None, "a_tool", None),
 }
 
 

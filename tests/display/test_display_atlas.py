@@ -3,6 +3,7 @@ import html
 import re
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -297,3 +298,12 @@ def test_wrench_screws_in_words(wrench, words):
 def test_directions_near_an_axis_are_not_called_it():
     assert direction_words(np.array([1.0, 1e-3, 0])) == "(1, 0.001, 0)"
     assert direction_words(np.array([0, -2.0, 0])) == "y"
+
+
+def test_the_page_of_an_arm_with_few_joints_says_what_its_corank_counts(tmp_path):
+    robot = rik.load(Path(__file__).parents[1] / "data" / "five_dof.urdf")
+    page = write_atlas_html(tmp_path / "five.html", rik.find_singularities(robot, starts=60), robot)
+    text = page.read_text(encoding="utf-8")
+    assert "one motion of the joints does not move the tip" in text
+    assert "2 motions of the joints do not move the tip" in text
+    assert "direction is lost" not in text

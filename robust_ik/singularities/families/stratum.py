@@ -42,7 +42,7 @@ class Stratum:
     """A family of configurations at which the arm loses `corank` directions of motion.
 
     Attributes:
-        corank: How many directions are lost.
+        corank: How many directions are lost; of fewer joints than rows, how many motions of the joints move nothing.
         conditions: Angles that have one of a few values each; all combinations belong to it.
         relations: Equations between coupled joints; their angles count joints from 1.
         equations: The relations in words.
