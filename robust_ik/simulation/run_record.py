@@ -37,6 +37,7 @@ class RunRecord:
         self._error = np.zeros((steps, 6))
         self._sigma = np.empty((steps, min(len(robot.rows), robot.n)))
         self._levels = {name: np.full((steps, 0), np.nan) for name in LEVELS}
+        self._calmed = np.ones(steps)
         self._status = np.empty(steps, dtype=object)
         self._active: list[tuple[str, ...]] = []
         self._contradictions: list[tuple[str, ...]] = []
@@ -98,11 +99,13 @@ class RunRecord:
         for name in LEVELS:
             self._widen(name, levels)
             self._levels[name][at : at + count, :levels] = getattr(reports, name)
+        self._calmed[at : at + count] = reports.calmed
         self._status[at : at + count] = reports.status
         self._active += reports.active
         self._contradictions += reports.contradictions
 
     def _write_one(self, at: int, resolution: Resolution) -> None:
+        self._calmed[at] = resolution.calmed
         self._status[at] = resolution.status
         self._active.append(resolution.active)
         self._contradictions.append(resolution.contradictions)
@@ -150,7 +153,7 @@ class RunRecord:
         self._settle()
         arrays: dict[str, Any] = {
             "time": np.arange(self._done) * self._dt, "q": self._q, "qdot": self._qdot, "target": self._target,
-            "pose": self._pose, "error": self._error, "sigma": self._sigma, **self._levels,
+            "pose": self._pose, "error": self._error, "sigma": self._sigma, "calmed": self._calmed, **self._levels,
         }  # fmt: skip
         self._status.setflags(write=False)
         resolver = self._controller.resolver

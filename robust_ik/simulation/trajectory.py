@@ -39,6 +39,8 @@ class Trajectory:
         smallest_level_sigma: The smallest σ of each level in the freedom left by the levels above, (N, L).
         corank: How many of these σ are zero, (N, L).
         algorithmic: Whether an algorithmic singularity is near, (N, L).
+        calmed: The share of their velocities that tasks asked for in each step, (N,): less than 1 while the arm is
+            being calmed, see `Resolution.calmed`.
         status: Status of each step, (N,) of `Status`.
         active: Limits that each step's velocities lie on, N tuples of names.
         contradictions: Limits that yielded in each step, N tuples of names.
@@ -63,6 +65,7 @@ class Trajectory:
     smallest_level_sigma: Array
     corank: Array
     algorithmic: Array
+    calmed: Array
     status: NDArray[Any]
     active: tuple[tuple[str, ...], ...]
     contradictions: tuple[tuple[str, ...], ...]

@@ -343,8 +343,19 @@ def test_simulations_are_calm_unless_methods_are_taken_as_they_are():
     for calm in (True, False):
         found = rik.simulate(robot, rik.JParse(0.01), [[task]], q, duration=18.0, dt=DT, calm=calm)
         asked[calm] = shaking(robot, found.qdot)
+        assert found.calmed.shape == found.time.shape
+        assert (found.calmed.min() < 1) == calm
     assert asked[True] < 0.25
     assert asked[False] > 0.5
+
+
+def test_a_record_has_the_share_of_every_step_compiled_or_not(monkeypatch):
+    robot, q, task = beyond_reach()
+    one = rik.simulate(robot, rik.JParse(0.01), [[task]], q, duration=4.0, dt=DT)
+    monkeypatch.setattr("robust_ik.simulation.run_record.RunRecord._reports", lambda _, begin: (begin + 1, None))
+    other = rik.simulate(robot, rik.JParse(0.01), [[task]], q, duration=4.0, dt=DT)
+    np.testing.assert_array_equal(one.calmed, other.calmed)
+    assert one.calmed.min() < one.calmed[0] == 1
 
 
 def test_whether_it_calms_is_yes_or_no():

@@ -32,6 +32,7 @@ class StepReports:
         smallest_level_sigma: (K, L), NaN where nothing is left to a level.
         corank: (K, L).
         algorithmic: (K, L).
+        calmed: (K,).
         status: K of `Status`.
         active: K tuples of names.
         contradictions: K tuples of names.
@@ -43,6 +44,7 @@ class StepReports:
     smallest_level_sigma: Array
     corank: Array
     algorithmic: Array
+    calmed: Array
     status: list[Status]
     active: Names
     contradictions: Names
@@ -65,7 +67,8 @@ def reports_of(robot: Robot, limits: JointLimits | None, left: Sequence[Snapshot
     slowed = np.any([level["scale"] < 1 for level in levels], axis=0)
     status = _status(wanted, missing, slowed, np.array([bool(each) for each in contradictions]))
     columns = {name: np.column_stack([level[name] for level in levels]) for name in levels[0]}
-    return StepReports(**columns, status=status, active=active, contradictions=contradictions)
+    calmed = desks[:, int(program[slots.CALM]) + slots.CALM_NOW]
+    return StepReports(**columns, calmed=calmed, status=status, active=active, contradictions=contradictions)
 
 
 def _level(program: Array, desks: Array, index: int, units: Array) -> dict[str, Array]:
