@@ -12,6 +12,7 @@ from robust_ik.singularities.atlas.evidence import Completeness
 from robust_ik.singularities.conditions.angle_sums import Angle, brought
 from robust_ik.singularities.geometry.line_arm import LineArm
 from robust_ik.singularities.geometry.screw_chain import ScrewChain, axes_at_zero
+from robust_ik.singularities.geometry.straightening import straightened
 from tests.arms import arm_of, ur5
 
 DATA = Path(__file__).parents[1] / "data"
@@ -244,3 +245,44 @@ def test_names_in_latex_have_subscripts():
     latex = case("lengths_rounded_6r", starts=500).latex()
     assert "s_{2}" in latex
     assert "c_{2-3}" in latex
+
+
+# ------------------------------------------------------------------------------------ nothing is moved far
+NEARLY = "0.932039 0.362362 0.000010"
+
+
+@pytest.mark.parametrize("axis", ["0.93204 0.36236 0", NEARLY, "0.93205 0.36235 0", "-0.932039 -0.362362 0.00001"])
+def test_axes_that_are_parallel_but_for_rounding_stay_where_they_are(axis):
+    """Their common normal is kilometres away: it must not be taken for how far they are apart."""
+
+    def shoulder(third):
+        lines = [("0 0 0", "0 0 1"), ("0 0 0.3", "0.93204 0.36236 0"), ("0.1 0 0.4", third)]
+        return arm_of([(origin, "0 0 0", each, -3.0, 3.0) for origin, each in lines], "0.1 0 0.3")
+
+    wanted = rik.find_singularities(shoulder("0.93204 0.36236 0"), 1, starts=60, rows=("x", "y", "z"))
+    found = rik.find_singularities(shoulder(axis), 1, starts=60, rows=("x", "y", "z"))
+    elbow = [np.sort(row.conditions[0].values) for atlas in (wanted, found) for row in atlas if "q3 ∈" in row.words]
+    sign = -1 if axis.startswith("-") else 1
+    np.testing.assert_allclose(np.sort(sign * elbow[1]), elbow[0], atol=1e-3)
+
+
+def test_straightened_arms_move_as_the_model_does():
+    rng = np.random.default_rng(4)
+    for _ in range(40):
+        way = Rotation.random(random_state=int(rng.integers(1 << 30))).as_matrix()[0]
+        second, third = (" ".join(f"{x:.{digits}f}" for x in way) for digits in (6, 5))
+        lines = [("0 0 0.1", "0 0 1"), ("0.1 0 0.2", second), ("0.1 0.2 0.4", third), ("0 0.1 0.3", "1 0 0")]
+        robot = arm_of([(origin, "0 0 0", axis, -3.0, 3.0) for origin, axis in lines], "0.1 0 0.3")
+        chain, _, _ = straightened(robot, ScrewChain.of(robot))
+        values = chain.random(rng, 8)
+        apart = chain.jacobian(values) - robot.jacobian(robot.configuration(values))
+        assert np.abs(apart).max() < 1e-3
+
+
+def test_a_row_has_the_dimension_that_its_conditions_leave(tmp_path):
+    lines = [("0 0 0", "0 0 1"), ("0 0 1", "1 0 0"), ("0 0 1", "1 0 0")]
+    for size in (1e-4, 1e-3, 3e-3, 0.03, 1.0):
+        robot = arm_of([(origin, "0 0 0", axis, -3.0, 3.0) for origin, axis in lines], "0 0 1", size)
+        atlas = rik.find_singularities(robot, starts=60, rows=("x",))
+        assert len(atlas) == 4
+        assert rik.SingularityAtlas.load(atlas.save(tmp_path / "atlas.json")).markdown() == atlas.markdown()

@@ -131,8 +131,9 @@ class ProofOutcome:
         if not verdict.accepted:
             return replace(plain, proof=f"a proof was not accepted: {verdict.reason}")
         if unlisted or strays:
-            lacks = f"{unlisted} points of a proof are not in the list, {strays} of the list not in the proof"
-            return replace(plain, proof=lacks)
+            lacks = ["a proof has configurations that the list lacks"] if unlisted else []
+            lacks += ["the list has members that a proof lacks"] if strays else []
+            return replace(plain, proof=", ".join(lacks))
         return replace(
             plain, status=Completeness.CERTIFIED, cases=verdict.cases, leaves=len(self.proof.leaves), proof=""
         )

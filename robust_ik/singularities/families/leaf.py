@@ -160,8 +160,10 @@ def cleaned(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> Leaf:
 
 
 def verified(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> bool:
-    """Whether it has members, and random ones have exactly this corank and this dimension."""
-    if not len(leaf.samples):
+    """Whether its conditions leave this dimension, and random members have exactly this corank and this dimension."""
+    left = chain.n - len(leaf.pins) - len(leaf.relations)
+    fits = leaf.dimension < left if leaf.curve else leaf.dimension == left
+    if not (fits and len(leaf.samples)):
         return False
     values = leaf.filled(chain, rng)
     sigmas = relative_sigmas(chain, values)

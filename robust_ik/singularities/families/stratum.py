@@ -52,10 +52,10 @@ class Stratum:
         counted: Whether `components` is exact; else it is an estimate from samples.
         dimension: Dimension of the family: n minus the number of independent conditions.
         samples: Configurations on it as joint values, rad or m, (S, n).
-        residual: Largest σ_{m−k+1}/σ₁ at random members; it shows that the family is singular.
-        off: Largest σ_{m−k+1} of the model as given, at these members, in the units of the Jacobian; 0 up to rounding
+        residual: Largest σ_{r−k+1}/σ₁ at random members, r = min(m, n); it shows that the family is singular.
+        off: Largest σ_{r−k+1} of the model as given, at these members, in the units of the Jacobian; 0 up to rounding
             unless the model's angles are rounded.
-        floor: Largest σ_{m−k+1} that remains after descent from them: 0 if the model as given has such configurations
+        floor: Largest σ_{r−k+1} that remains after descent from them: 0 if the model as given has such configurations
             too, nearby.
         within_limits: Whether some of it lies within the joint limits.
         margin: The least distance of a joint to one of its limits, for the member that is farthest inside the limits,

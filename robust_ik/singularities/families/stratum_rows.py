@@ -48,7 +48,7 @@ def _row(facts: RobotFacts, leaves: Sequence[Leaf], rng: np.random.Generator) ->
 
 
 def _as_given(facts: RobotFacts, corank: int, members: Array) -> tuple[float, float]:
-    """Largest σ_{m−k+1} of the model as given, at members (N, n) of a stratum, and after descent from them."""
+    """Largest σ_{r−k+1} of the model as given, at members (N, n) of a stratum, and after descent from them."""
     weakest = facts.given.full_rank - corank
     told = replace(facts.given, length_scale=facts.length_scale)
     off = float(svd(told.jacobian(members)).s[:, weakest].max())

@@ -36,7 +36,7 @@ class Residual:
 
     Attributes:
         corank: k.
-        s: Singular values of the Jacobian, (N, m).
+        s: Singular values of the Jacobian, (N, min(m, n)).
         derivative: ∂r/∂q, (N, k (|n − m| + k), n): of U₂ᵀ J V₂ row by row, or of its transpose if m > n.
         scale: The scale of singular values, (N,): σ₁, unless the whole Jacobian vanishes.
     """
@@ -76,7 +76,7 @@ class Residual:
 
     @property
     def vector(self) -> Array:
-        """The residual r as vectors, (N, k (n − m + k))."""
+        """The residual r as vectors, (N, k (|n − m| + k))."""
         k, rows = self.weakest.shape[1], self.derivative.shape[1]
         r = np.zeros((len(self.weakest), rows))
         r[:, np.arange(k) * (rows // k + 1)] = self.weakest

@@ -26,6 +26,10 @@ SHORT = 2e-5
 Chosen: what five decimals of a metre leave of a length that was added up from a few; no arm of the catalogue is offset
 by so little on purpose.
 """
+FAITHFUL, CONFIGURATIONS = 30.0, 8
+"""Changes add up along an arm: a geometry whose Jacobian differs by more than so many times the largest single change,
+at one of so many random configurations, is not the meant one, and nothing but directions is changed.
+"""
 UNCHANGED = 1e-11
 """Turns below this, rad, and lengths in m, are rounding of what was read; they are not reported as changes."""
 STEP = np.pi / 12
@@ -68,22 +72,66 @@ def straightened(
     lines = np.array(axes), np.array(points)
     if not changes:
         lines, tip = axes_at_zero(chain.rotations, chain.offsets), robot.pose(robot.neutral)[:3, 3]
-    even, moved = LineArm.of(*lines, tip).evened(SHORT * robot.length_scale, tolerance)
+    axes_now, points_now, tip, parallel = _made_parallel(*lines, tip, tolerance)
+    even, moved = LineArm.of(axes_now, points_now, tip).evened(SHORT * robot.length_scale, tolerance)
     shifts = [
         f"{joint}: lengths changed by {length:.2g} m"
         for joint, (length, _) in zip(chain.joint_names[1:], moved)
         if length > UNCHANGED * robot.length_scale
     ]
     turns = [
-        f"{joint}: turned by {angle:.2g} rad"
-        for joint, (_, angle) in zip(chain.joint_names[1:], moved)
-        if angle > UNCHANGED
+        f"{joint}: turned by {max(angle, turn):.2g} rad"
+        for joint, (_, angle), turn in zip(chain.joint_names[1:], moved, parallel)
+        if max(angle, turn) > UNCHANGED
     ]
     if not (shifts or turns):
         return straight, tuple(changes), None
     placed = even.frames
     tip = placed[-1, :3, :3] @ even.tip + placed[-1, :3, 3]
-    return _chain_of(chain, placed[:, :3, 2], placed[:, :3, 3], tip), (*changes, *shifts, *turns), even
+    found = _chain_of(chain, placed[:, :3, 2], placed[:, :3, 3], tip)
+    if _apart(found, straight) > FAITHFUL * (tolerance + SHORT):
+        return straight, tuple(changes), None
+    return found, (*changes, *shifts, *turns), even
+
+
+def _made_parallel(axes: Array, points: Array, tip: Array, tolerance: float) -> tuple[Array, Array, Array, list[float]]:
+    """Axes with nearly parallel neighbours made parallel, by turning all that comes after, and each turn, rad.
+
+    The common normal of nearly parallel axes is far away, and says nothing of how far they are apart.
+
+    Args:
+        axes: Unit vectors with all joints at zero, world, (n, 3).
+        points: A point on each, (n, 3).
+        tip: The tip's point, (3,).
+        tolerance: Largest turn, rad.
+    """
+    axes, points, tip, turns = axes.copy(), points.copy(), tip.copy(), []
+    for i in range(1, len(axes)):
+        before = axes[i - 1] if float(axes[i] @ axes[i - 1]) > 0 else -axes[i - 1]
+        across = np.cross(axes[i], before)
+        turn = float(np.arcsin(min(1.0, float(np.linalg.norm(across)))))
+        if not 0 < turn <= tolerance:
+            turns.append(0.0)
+            continue
+        R = _rotation(across / np.linalg.norm(across), turn)
+        axes[i:] = axes[i:] @ R.T
+        axes[i] = before
+        points[i + 1 :] = points[i] + (points[i + 1 :] - points[i]) @ R.T
+        tip = points[i] + R @ (tip - points[i])
+        turns.append(turn)
+    return axes, points, tip, turns
+
+
+def _rotation(axis: Array, angle: float) -> Array:
+    """The rotation about a unit vector, (3, 3)."""
+    K = np.cross(np.eye(3), axis)
+    return np.asarray(np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K)
+
+
+def _apart(one: ScrewChain, other: ScrewChain) -> float:
+    """The largest difference of the Jacobians of two chains, in their unit of length, at a few configurations."""
+    values = one.random(np.random.default_rng(0), CONFIGURATIONS)
+    return float(np.abs(one.jacobian(values) - other.jacobian(values)).max())
 
 
 def _chain_of(chain: ScrewChain, axes: Array, points: Array, tip: Array) -> ScrewChain:

@@ -23,7 +23,7 @@ class LostMotion:
     Attributes:
         twists: Directions in which the tool cannot move, world axes at the tool's point, orthonormal and sparse
             columns, (6, k), or (6, r), linear rows first; zero in rows that the task does not have.
-        tool_twists: The same subspace along the tool's axes, sparse columns of its own, (6, k).
+        tool_twists: The same subspace along the tool's axes, sparse columns of its own, shaped alike.
         screws: The wrenches that the structure bears, one for each column of `twists`.
         self_motions: Joint motions that do not move the tool, orthonormal columns, (n, n − rank).
         origin: The tool's point, (3,), m, about which moments are taken.
@@ -46,7 +46,7 @@ class LostMotion:
 
     @property
     def corank(self) -> int:
-        """How many directions are lost."""
+        """How many directions are lost; with fewer joints than rows not the corank."""
         return int(self.twists.shape[1])
 
 

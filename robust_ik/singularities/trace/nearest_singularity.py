@@ -32,7 +32,7 @@ class Nearest:
         distance: Euclidean distance of the joint values, with rad and m alike.
         values: Its joint values, within half a turn of the given ones, (n,).
         path: Joint values on the straight way there, (P, n).
-        sigma: σ_{m−k+1} on the way, in the units of the Jacobian, (P,); zero at the end.
+        sigma: σ_{r−k+1} on the way, in the units of the Jacobian, (P,); zero at the end.
     """
 
     stratum: Stratum
