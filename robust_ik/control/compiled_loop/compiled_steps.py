@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike
 from robust_ik.checks import Array, checked_parameter
 from robust_ik.control.bounds import Bounds
 from robust_ik.control.calming import Calming
-from robust_ik.control.compiled_loop.control_program import ControlProgram, Snapshot, fits, form_of
+from robust_ik.control.compiled_loop.control_program import ControlProgram, fits, form_of
 from robust_ik.control.compiled_loop.resolver_program import eased_of, is_compilable
 from robust_ik.control.compiled_loop.step_reports import StepReports, reports_of
+from robust_ik.control.compiled_loop.step_snapshot import Snapshot
 from robust_ik.control.limits import CollisionLimit, JointLimits, Limit
 from robust_ik.control.resolution import LazyResolution, Resolution
 from robust_ik.control.resolvers import Resolver, TaskReconstruction

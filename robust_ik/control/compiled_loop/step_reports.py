@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from robust_ik.checks import Array
 from robust_ik.control.bounds import ACTIVE, CONTRADICTION
-from robust_ik.control.compiled_loop.control_program import Snapshot
+from robust_ik.control.compiled_loop.step_snapshot import Snapshot
 from robust_ik.control.limits import JointLimits
 from robust_ik.control.resolution import Status
 from robust_ik.control.resolvers.step_status import MET, NEAR, NOTHING, STUCK, ZERO

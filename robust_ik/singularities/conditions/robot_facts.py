@@ -154,7 +154,7 @@ def _exact(robot: Robot, chain: ScrewChain, lines: LineArm | None) -> tuple[Arm 
         if lines is None:
             arm = plain_arm(exact_arm(robot.with_rows(chain.rows)))
         else:
-            links = [(each.angle, each.along, each.length, each.twist) for each in lines.links]
+            links = [(each.theta, each.d, each.a, each.alpha) for each in lines.links]
             first = (lines.heading, lines.tilt, tuple(lines.origin.tolist()))
             told = (robot.name, chain.joint_names, chain.rows)
             arm = plain_arm(arm_of_lines(*told, first, links, lines.tip.tolist(), robot.length_scale))

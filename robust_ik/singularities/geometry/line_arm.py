@@ -12,37 +12,34 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robust_ik.checks import Array, readonly
+from robust_ik.description.dh import screw
 
 PARALLEL = 1e-9
 """Axes whose unit vectors have a smaller cross product are parallel."""
 STEP = np.pi / 12
-"""15°: nominal angles are multiples of it."""
+"""15°: the angles of nominal geometry, 30°, 45°, 60° and 90°, are multiples of it."""
 
 
 @dataclass(frozen=True)
 class NormalLink:
-    """The way from one axis to the next along their common normal: Rz(angle) Tz(along) Tx(length) Rx(twist).
+    """The way from one axis to the next along their common normal, by Denavit and Hartenberg's standard parameters.
 
     Attributes:
-        angle: From the normal before to this one, about the axis, with the joint at zero, rad.
-        along: From the foot of the normal before to that of this one, along the axis, m.
-        length: Of the normal, m; its sign is that of its direction.
-        twist: From this axis to the next, about the normal, rad.
+        theta: θ, from the normal before to this one, about the axis, with the joint at zero, rad.
+        d: From the foot of the normal before to that of this one, along the axis, m.
+        a: Length of the normal, m; its sign is that of its direction.
+        alpha: α, from this axis to the next, about the normal, rad.
     """
 
-    angle: float
-    along: float
-    length: float
-    twist: float
+    theta: float
+    d: float
+    a: float
+    alpha: float
 
     @property
     def transform(self) -> Array:
-        """Rz(angle) Tz(along) Tx(length) Rx(twist), (4, 4)."""
-        c, s, ca, sa = np.cos(self.angle), np.sin(self.angle), np.cos(self.twist), np.sin(self.twist)
-        return np.array([
-            [c, -s * ca, s * sa, self.length * c], [s, c * ca, -c * sa, self.length * s], [0.0, sa, ca, self.along],
-            [0.0, 0.0, 0.0, 1.0],
-        ])  # fmt: skip
+        """Rz(θ) Tz(d) Tx(a) Rx(α), (4, 4)."""
+        return screw(2, self.theta, self.d) @ screw(0, self.alpha, self.a)
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,26 +106,55 @@ class LineArm:
         Returns:
             The arm, and for each link the largest changes of its lengths and of its angles.
         """
-        sizes = np.abs([(link.along if i else 0.0, link.length) for i, link in enumerate(self.links)])
+        sizes = np.abs([(link.d if i else 0.0, link.a) for i, link in enumerate(self.links)])
         even = _alike(sizes.ravel(), length).reshape(sizes.shape)
         links, changes = [], []
         for i, (link, (along, across)) in enumerate(zip(self.links, even)):
             new = NormalLink(
-                _nominal(link.angle, angle) if i else link.angle,
-                float(np.copysign(along, link.along)) if i else link.along,
-                float(np.copysign(across, link.length)),
-                _nominal(link.twist, angle),
+                _nominal(link.theta, angle) if i else link.theta,
+                float(np.copysign(along, link.d)) if i else link.d,
+                float(np.copysign(across, link.a)),
+                _nominal(link.alpha, angle),
             )
             links.append(new)
-            moved = max(abs(new.along - link.along), abs(new.length - link.length))
-            changes.append((moved, max(abs(new.angle - link.angle), abs(new.twist - link.twist))))
+            moved = max(abs(new.d - link.d), abs(new.a - link.a))
+            changes.append((moved, max(abs(new.theta - link.theta), abs(new.alpha - link.alpha))))
         return replace(self, links=tuple(links)), changes
+
+
+def made_parallel(axes: Array, points: Array, tip: Array, tolerance: float) -> tuple[Array, Array, Array, list[float]]:
+    """Lines with nearly parallel neighbours made parallel, by turning all that comes after, and each turn, rad.
+
+    The common normal of nearly parallel axes is far away, and says nothing of how far they are apart.
+
+    Args:
+        axes: Unit vectors with all joints at zero, world, (n, 3).
+        points: A point on each, m, (n, 3).
+        tip: The tip's point, m, (3,).
+        tolerance: Largest turn, rad.
+    """
+    from scipy.spatial.transform import Rotation  # slow to import: only if it is needed
+
+    axes, points, tip, turns = axes.copy(), points.copy(), tip.copy(), []
+    for i in range(1, len(axes)):
+        before = axes[i - 1] if float(axes[i] @ axes[i - 1]) > 0 else -axes[i - 1]
+        across = np.cross(axes[i], before)
+        turn = float(np.arcsin(min(1.0, float(np.linalg.norm(across)))))
+        if not 0 < turn <= tolerance:
+            turns.append(0.0)
+            continue
+        R = Rotation.from_rotvec(turn * across / np.linalg.norm(across)).as_matrix()
+        axes[i:] = axes[i:] @ R.T
+        axes[i] = before
+        points[i + 1 :] = points[i] + (points[i + 1 :] - points[i]) @ R.T
+        tip = points[i] + R @ (tip - points[i])
+        turns.append(turn)
+    return axes, points, tip, turns
 
 
 def _first_frame(heading: float, tilt: float) -> Array:
     """Rz(heading) Ry(tilt), (3, 3)."""
-    (ch, sh), (ct, st) = ((np.cos(each), np.sin(each)) for each in (heading, tilt))
-    return np.array([[ch * ct, -sh, ch * st], [sh * ct, ch, sh * st], [-st, 0.0, ct]])
+    return (screw(2, heading, 0.0) @ screw(1, tilt, 0.0))[:3, :3]
 
 
 def _common_normal(z: Array, here: Array, other: Array, beyond: Array, x: Array) -> tuple[Array, Array, float]:

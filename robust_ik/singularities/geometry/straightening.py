@@ -5,6 +5,7 @@ A rounded number destroys strata: configurations that are singular by symmetry a
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -12,7 +13,7 @@ import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.kinematics.chain import axis_frames
-from robust_ik.singularities.geometry.line_arm import LineArm
+from robust_ik.singularities.geometry.line_arm import STEP, LineArm, made_parallel
 from robust_ik.singularities.geometry.screw_chain import ScrewChain, axes_at_zero
 
 if TYPE_CHECKING:
@@ -32,8 +33,8 @@ at one of so many random configurations, is not the meant one, and nothing but d
 """
 UNCHANGED = 1e-11
 """Turns below this, rad, and lengths in m, are rounding of what was read; they are not reported as changes."""
-STEP = np.pi / 12
-"""15°: the angles of nominal geometry, 30°, 45°, 60° and 90°, are multiples of it."""
+Lines = tuple[Array, Array, Array]
+"""With all joints at zero, world: unit vectors along the axes, a point on each, (n, 3), and the tip's point, (3,)."""
 
 
 def straightened(
@@ -42,13 +43,30 @@ def straightened(
     """The chain with nearly exact numbers made exact, and each change in words.
 
     Directions come first. Of arms that only turn, lengths between the axes follow, and what angles are left: see
-    `LineArm.evened`. Then the arm is returned by its common normals, too.
+    `LineArm.evened`. If that changes anything, the arm is returned by its common normals, too.
 
     Args:
         robot: The robot of the chain.
         chain: The chain of the model.
         tolerance: Largest change of an angle, rad.
     """
+    lines, changes = _with_exact_directions(robot, chain, tolerance)
+    straight = _chain_of(chain, *lines) if changes else chain
+    turns_only = not any(chain.sliding) and np.array_equal(chain.mixing, np.eye(chain.n))
+    if not turns_only:
+        return straight, changes, None
+    if not changes:
+        lines = (*axes_at_zero(chain.rotations, chain.offsets), robot.pose(robot.neutral)[:3, 3])
+    even, more = _evened(robot, chain.joint_names, lines, tolerance)
+    placed = even.frames
+    found = _chain_of(chain, placed[:, :3, 2], placed[:, :3, 3], placed[-1, :3, :3] @ even.tip + placed[-1, :3, 3])
+    if not more or _apart(found, straight) > FAITHFUL * (tolerance + SHORT):
+        return straight, changes, None
+    return found, (*changes, *more), even
+
+
+def _with_exact_directions(robot: Robot, chain: ScrewChain, tolerance: float) -> tuple[Lines, tuple[str, ...]]:
+    """The lines of an arm whose frames are turned to nominal angles, link by link, and each turn in words."""
     joints = [joint for joint in robot.description.chain(str(robot.tip)) if joint.kind != "fixed"]
     rotation, origin = np.eye(3), np.zeros(3)
     before = np.eye(4)
@@ -66,66 +84,24 @@ def straightened(
         points.append(origin)
         before = frame
     tip = origin + rotation @ (np.linalg.inv(before) @ robot.pose(robot.neutral)[:, 3])[:3]
-    straight = _chain_of(chain, np.array(axes), np.array(points), tip) if changes else chain
-    if any(chain.sliding) or len(chain.sliding) != chain.n or not np.array_equal(chain.mixing, np.eye(chain.n)):
-        return straight, tuple(changes), None
-    lines = np.array(axes), np.array(points)
-    if not changes:
-        lines, tip = axes_at_zero(chain.rotations, chain.offsets), robot.pose(robot.neutral)[:3, 3]
-    axes_now, points_now, tip, parallel = _made_parallel(*lines, tip, tolerance)
-    even, moved = LineArm.of(axes_now, points_now, tip).evened(SHORT * robot.length_scale, tolerance)
-    shifts = [
-        f"{joint}: lengths changed by {length:.2g} m"
-        for joint, (length, _) in zip(chain.joint_names[1:], moved)
+    return (np.array(axes), np.array(points), tip), tuple(changes)
+
+
+def _evened(robot: Robot, names: Sequence[str], lines: Lines, tolerance: float) -> tuple[LineArm, list[str]]:
+    """The arm with meant coincidences of its lines made exact, and each change in words."""
+    *parallel, turns = made_parallel(*lines, tolerance)
+    arm, moved = LineArm.of(*parallel).evened(SHORT * robot.length_scale, tolerance)
+    changes = [
+        f"{name}: lengths changed by {length:.2g} m"
+        for name, (length, _) in zip(names[1:], moved)
         if length > UNCHANGED * robot.length_scale
     ]
-    turns = [
-        f"{joint}: turned by {max(angle, turn):.2g} rad"
-        for joint, (_, angle), turn in zip(chain.joint_names[1:], moved, parallel)
+    changes += [
+        f"{name}: turned by {max(angle, turn):.2g} rad"
+        for name, (_, angle), turn in zip(names[1:], moved, turns)
         if max(angle, turn) > UNCHANGED
     ]
-    if not (shifts or turns):
-        return straight, tuple(changes), None
-    placed = even.frames
-    tip = placed[-1, :3, :3] @ even.tip + placed[-1, :3, 3]
-    found = _chain_of(chain, placed[:, :3, 2], placed[:, :3, 3], tip)
-    if _apart(found, straight) > FAITHFUL * (tolerance + SHORT):
-        return straight, tuple(changes), None
-    return found, (*changes, *shifts, *turns), even
-
-
-def _made_parallel(axes: Array, points: Array, tip: Array, tolerance: float) -> tuple[Array, Array, Array, list[float]]:
-    """Axes with nearly parallel neighbours made parallel, by turning all that comes after, and each turn, rad.
-
-    The common normal of nearly parallel axes is far away, and says nothing of how far they are apart.
-
-    Args:
-        axes: Unit vectors with all joints at zero, world, (n, 3).
-        points: A point on each, (n, 3).
-        tip: The tip's point, (3,).
-        tolerance: Largest turn, rad.
-    """
-    axes, points, tip, turns = axes.copy(), points.copy(), tip.copy(), []
-    for i in range(1, len(axes)):
-        before = axes[i - 1] if float(axes[i] @ axes[i - 1]) > 0 else -axes[i - 1]
-        across = np.cross(axes[i], before)
-        turn = float(np.arcsin(min(1.0, float(np.linalg.norm(across)))))
-        if not 0 < turn <= tolerance:
-            turns.append(0.0)
-            continue
-        R = _rotation(across / np.linalg.norm(across), turn)
-        axes[i:] = axes[i:] @ R.T
-        axes[i] = before
-        points[i + 1 :] = points[i] + (points[i + 1 :] - points[i]) @ R.T
-        tip = points[i] + R @ (tip - points[i])
-        turns.append(turn)
-    return axes, points, tip, turns
-
-
-def _rotation(axis: Array, angle: float) -> Array:
-    """The rotation about a unit vector, (3, 3)."""
-    K = np.cross(np.eye(3), axis)
-    return np.asarray(np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K)
+    return arm, changes
 
 
 def _apart(one: ScrewChain, other: ScrewChain) -> float:
