@@ -1,5 +1,6 @@
 """Where rows of bounds contradict each other or the box, compiled steps are those of NumPy, and say so alike."""
 
+import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -100,6 +101,20 @@ def test_arms_that_collide_are_led_out_as_by_numpy(name, monkeypatch):
     assert by_hand < DRAWS // 6
 
 
+def test_a_row_that_a_task_moves_above_what_it_reached_is_not_called_active():
+    """Its floor has yielded: what counts is where it had come before the levels moved on."""
+    robot = rik.load("planar_2r")
+    joints = rik.JointLimits.of(robot, velocity=[1.0, 0.0])
+    limits = [joints, Rows(np.array([[0.05, 1.0]]), np.array([0.04]))]
+    stack = [[rik.JointTask(robot.joint_names[0], robot.rest[0] + 5.0, gain=0.1)]]
+    step, wanted = (
+        make(robot, None, limits).step(robot.rest, stack, DT) for make in (rik.VelocityController, by_numpy)
+    )
+    assert_same(step, wanted, 0.0, "")
+    assert step.contradictions == ("row 0",)
+    assert "row 0" not in step.active
+
+
 def test_more_rows_than_there_is_room_for_are_left_to_numpy():
     robot = rik.load("planar_3r")
     rng = np.random.default_rng(0)
@@ -152,3 +167,28 @@ def test_steps_that_have_to_be_slower_are_those_of_numpy(name, monkeypatch):
         q = robot.integrate(q, draw.dt * wanted.qdot)
     assert slower.count(controller) == slower.count(numpy) == slower.count(loop.controller)
     assert slower
+
+
+def test_a_step_that_has_to_be_slower_leaves_what_levels_remember_as_numpy_does():
+    """Levels that a limiter stops start slowly again: their last speeds are remembered, that of the slowed step too."""
+    dt, target_seed = 0.02, 4596240
+    robot, (q, target) = closed_loop.arm("ur5"), closed_loop.start_and_target("ur5", "at limits", target_seed)
+    resolver = rik.TaskReconstruction(rik.Chiaverini(), rik.Scaling())
+    stack = [[rik.FrameTask(target, gain=5.0, max_linear=0.2, max_angular=1.0)], [rik.PostureTask(robot.rest)]]
+    limits = closed_loop.limits("ur5", "collision")
+    controller = rik.VelocityController(robot, resolver, limits)
+    for _ in range(120):
+        q = robot.integrate(q, dt * controller.step(q, stack, dt).qdot)
+    numpy = by_numpy(robot, resolver, limits)
+    numpy.reset(controller.qdot)
+    numpy._driver = copy.deepcopy(controller._driver)
+    numpy.calming.memory[:] = controller.calming.memory
+    for each in (controller, numpy):
+        for limiter in each.begun(dt).eased:
+            limiter.speed = 0.3  # as if the levels had gone at this speed
+    found, wanted = controller.step(q, stack, dt), numpy.step(q, stack, dt)
+    assert_same(found, wanted, 0.0, "")
+    assert found.status is rik.Status.INFEASIBLE
+    speeds = [[limiter.speed for limiter in each.begun(dt).eased[:2]] for each in (controller, numpy)]
+    np.testing.assert_allclose(*speeds, atol=1e-9)
+    assert speeds[1] != [0.3, 0.3]

@@ -8,11 +8,17 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import robust_ik as rik
+from robust_ik.kinematics.svd import whole_svd
 from robust_ik.singularities.atlas.evidence import Completeness
 from robust_ik.singularities.conditions.angle_sums import Angle, brought
-from robust_ik.singularities.geometry.line_arm import LineArm
+from robust_ik.singularities.families.leaf import Leaf, Pin, verified
+from robust_ik.singularities.families.leaf_survey import Survey
+from robust_ik.singularities.find.rank_residual import Residual
+from robust_ik.singularities.geometry import straightening
+from robust_ik.singularities.geometry.line_arm import LineArm, made_parallel
 from robust_ik.singularities.geometry.screw_chain import ScrewChain, axes_at_zero
 from robust_ik.singularities.geometry.straightening import straightened
+from robust_ik.singularities.lost_motion import sides
 from tests.arms import arm_of, ur5
 
 DATA = Path(__file__).parents[1] / "data"
@@ -118,7 +124,7 @@ def test_rows_that_are_asked_for_are_analysed_as_before():
 
 
 # ----------------------------------------------------------------------------------------------- size and place
-@pytest.mark.parametrize("size", [1e-6, 1e-3, 0.01, 30.0, 1e6])
+@pytest.mark.parametrize("size", [7e-7, 1e-6, 1e-3, 0.01, 30.0, 1e6])
 def test_rows_words_and_proofs_are_the_same_at_any_size(size):
     one, other = (rik.find_singularities(ur5(each), starts=STARTS) for each in (1.0, size))
     assert [(row.corank, row.words, row.lost.words) for row in one] == [
@@ -286,3 +292,79 @@ def test_a_row_has_the_dimension_that_its_conditions_leave(tmp_path):
         atlas = rik.find_singularities(robot, starts=60, rows=("x",))
         assert len(atlas) == 4
         assert rik.SingularityAtlas.load(atlas.save(tmp_path / "atlas.json")).markdown() == atlas.markdown()
+
+
+def test_what_comes_after_nearly_parallel_axes_turns_as_a_whole():
+    rng = np.random.default_rng(2)
+    axes = Rotation.random(5, random_state=3).as_matrix()[:, :, 2]
+    axes[2] = axes[1] + 5e-5 * np.cross(axes[1], axes[0])
+    axes[2] /= np.linalg.norm(axes[2])
+    points, tip = rng.normal(size=(5, 3)), rng.normal(size=3)
+    new, at, end, turns = made_parallel(axes, points, tip, 1e-4)
+    np.testing.assert_array_equal(new[2], new[1])
+    assert [turn > 0 for turn in turns] == [False, True, False, False]
+    for j, k in ((2, 3), (3, 4), (2, 4)):
+        assert new[j] @ new[k] == pytest.approx(axes[j] @ axes[k], abs=1e-12)
+        assert (at[k] - at[2]) @ new[j] == pytest.approx((points[k] - points[2]) @ axes[j], abs=1e-12)
+    assert (end - at[2]) @ new[4] == pytest.approx((tip - points[2]) @ axes[4], abs=1e-12)
+
+
+def test_a_geometry_that_moves_otherwise_than_the_model_is_not_taken(monkeypatch):
+    lines = [("0 0 0", "0 0 1"), ("0 0 0.3", "0.93204 0.36236 0"), ("0.1 0 0.4", NEARLY)]
+    robot = arm_of([(origin, "0 0 0", axis, -3.0, 3.0) for origin, axis in lines], "0.1 0 0.3")
+    monkeypatch.setattr(straightening, "made_parallel", lambda *given: (*given[:3], [0.0] * 2))
+    chain, changes, exact = straightening.straightened(robot, ScrewChain.of(robot))
+    assert (changes, exact) == ((), None)
+    values = chain.random(np.random.default_rng(0), 4)
+    np.testing.assert_allclose(chain.jacobian(values), robot.jacobian(robot.configuration(values)), atol=1e-9)
+
+
+# ------------------------------------------------------------------------------------ the search itself
+@pytest.mark.parametrize(("name", "corank"), [("five_dof", 1), ("five_dof", 2), ("scara", 2), ("gimbal_3r", 1)])
+def test_the_residual_of_few_joints_is_differentiated(name, corank):
+    chain = ScrewChain.of(rik.load(DATA / f"{name}.urdf"))
+    values = chain.random(np.random.default_rng(1), 3)
+    at = Residual.at(chain, values, corank)
+    found = whole_svd(chain.jacobian(values))
+    left, right = found.U[:, :, chain.n - corank :], found.Vt[:, chain.n - corank :]
+
+    def block(q):
+        return (np.swapaxes(left, 1, 2) @ chain.jacobian(q) @ np.swapaxes(right, 1, 2)).swapaxes(1, 2).reshape(3, -1)
+
+    np.testing.assert_allclose(at.vector, block(values), atol=1e-12)
+    step = 1e-6
+    for joint in range(chain.n):
+        moved = step * np.eye(chain.n)[joint]
+        slope = (block(values + moved) - block(values - moved)) / (2 * step)
+        np.testing.assert_allclose(at.derivative[..., joint], slope, atol=1e-8)
+
+
+def test_an_arm_that_is_singular_everywhere_is_analysed_in_rows_that_it_can_move():
+    joints = tuple(
+        rik.DHJoint(a=a, d=d, alpha=np.radians(turn)) for a, d, turn in [(0, 0, 0), (0, 0.21, -90), (0.16, 0, -90)]
+    )
+    atlas = rik.find_singularities(rik.Robot.from_dh(rik.DHTable(joints, "standard")), starts=60)
+    assert "is singular everywhere in the rows x y z wx wy wz" in atlas.explanation
+    assert atlas.robot.chain.m < 6
+
+
+def test_a_leaf_without_members_is_no_leaf():
+    chain = ScrewChain.of(rik.load(DATA / "scara.urdf"))
+    pin = Pin(Angle((1,), (1,), 2 * np.pi), 0.0)
+    leaf = Leaf(1, 3, (pin,), (), (0, 2, 3), (), np.zeros((0, 4)))
+    assert not verified(chain, leaf, np.random.default_rng(0))
+
+
+def test_points_that_nothing_explains_are_an_estimate_not_an_interruption(monkeypatch):
+    nothing = lambda chain, corank, values, rng, **_: Survey((), np.zeros(len(values), bool), 0)  # noqa: E731
+    monkeypatch.setattr("robust_ik.singularities.atlas.corank_search.survey", nothing)
+    atlas = rik.find_singularities(rik.load("planar_2r"), 1, starts=50, certify=False)
+    assert atlas.evidence[0].found > 0
+    assert atlas.evidence[0].status is Completeness.ESTIMATE
+    assert "interrupted" not in atlas.explanation
+    assert "below 100 %" in atlas.explanation
+
+
+@pytest.mark.parametrize(("low", "high", "expected"), [(0, 0, 0), (-5e-18, 2.0, 1), (-2.0, 5e-18, 1), (-1.0, 1.0, 2)])
+def test_curvatures_of_rounding_lead_to_no_side(low, high, expected):
+    assert sides(low, high) == expected

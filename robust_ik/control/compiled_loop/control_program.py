@@ -299,7 +299,8 @@ class ControlProgram(ResolverProgram):
         marks = self.view(slots.FLOOR, 3, count)[2]
         if not marks.any():
             return 0
-        return len(yielding(bounds.row_cause, marks, once=is_ramped(self.program)))
+        names = yielding(bounds.row_cause, marks)
+        return len(dict.fromkeys(names)) if is_ramped(self.program) else len(names)
 
     def keep(self) -> None:
         """Takes over the memory that the step has left."""

@@ -77,7 +77,7 @@ class Snapshot:
         if not marks.any():
             return bounds
         ramped = is_ramped(self.program)
-        names = yielding(bounds.row_cause, marks, once=ramped)
+        names = yielding(bounds.row_cause, marks)
         if ramped:  # as by `priority_resolver`: found with the bounds as they were asked for
             return replace(bounds, contradictions=tuple(dict.fromkeys([*bounds.contradictions, *names])))
         return replace(bounds, floor=np.minimum(bounds.floor, floors), contradictions=(*bounds.contradictions, *names))
@@ -88,8 +88,7 @@ def is_ramped(program: Array) -> bool:
     return bool(program[slots.HURRIED] > 0 and program[slots.RESOLVER] == slots.WALK)
 
 
-def yielding(causes: Sequence[str], marks: Array, *, once: bool) -> list[str]:
-    """The causes of marked rows, in the order in which they yielded; each of them once if so asked."""
+def yielding(causes: Sequence[str], marks: Array) -> list[str]:
+    """The causes of marked rows, in the order in which they yielded."""
     stages = marks.astype(int)
-    names = [cause for stage in (FIRST_STAGE, SECOND_STAGE) for cause, mark in zip(causes, stages) if mark & stage]
-    return list(dict.fromkeys(names)) if once else names
+    return [cause for stage in (FIRST_STAGE, SECOND_STAGE) for cause, mark in zip(causes, stages) if mark & stage]

@@ -23,7 +23,7 @@ from robust_ik.robot.robot import Robot
 from robust_ik.runtime.output_files import write_file
 from robust_ik.singularities.atlas import SingularityAtlas
 from robust_ik.singularities.conditions import RobotFacts
-from robust_ik.singularities.lost_motion import FLAT
+from robust_ik.singularities.lost_motion import FLAT, sides
 from robust_ik.singularities.trace import within_limits
 
 PURE = 1e-6
@@ -117,10 +117,10 @@ def _sway_caption(facts: RobotFacts, family: Family) -> str:
     way, beyond = family.way, "" if within_limits(facts, family.way.values) else " Partly outside the joint limits."
     if abs(way.curvature) < FLAT:
         return f"Joints along a self-motion: to second order the tool gains nothing along what is lost.{beyond}"
-    low, high = family.lost.curvature[way.direction]
-    both = low < -FLAT and high > FLAT  # as in the words of the family
-    sides = "another self-motion leads to the other side" if both else "to the other side there is no way"
-    return f"Joints along a self-motion, either way: the tool leaves {_leaving(family)}; {sides}.{beyond}"
+    low, high = family.lost.curvature[way.direction].tolist()
+    both = sides(low, high) == 2
+    other = "another self-motion leads to the other side" if both else "to the other side there is no way"
+    return f"Joints along a self-motion, either way: the tool leaves {_leaving(family)}; {other}.{beyond}"
 
 
 def _leaving(family: Family) -> str:

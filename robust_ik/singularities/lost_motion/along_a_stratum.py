@@ -11,13 +11,11 @@ from robust_ik.checks import Array, readonly
 from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 from robust_ik.singularities.lost_motion.axis_landmarks import Axes, landmarks
-from robust_ik.singularities.lost_motion.lost_motion import LostMotion, lost_motion
+from robust_ik.singularities.lost_motion.lost_motion import LostMotion, lost_motion, sides
 from robust_ik.singularities.lost_motion.lost_motion_words import in_words
 
 SAMPLES = 8
 """Members for which words are found. Chosen: what all eight share is likely to hold for all; more take longer."""
-FLAT = 1e-7
-"""Curvature, in units of the twist per rad², below which a self-motion does not lead along a lost direction."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,10 +74,11 @@ def _way_out(lost: Sequence[LostMotion]) -> str:
     """What the curvatures of all samples show, in words."""
     curvature = np.array([each.curvature for each in lost])  # (S, k, 2)
     low, high = curvature[..., 0].min(axis=1), curvature[..., 1].max(axis=1)
-    if (np.abs(curvature) < FLAT).all():
+    counts = {sides(*extremes) for extremes in zip(low.tolist(), high.tolist())}
+    if counts == {0}:
         return "self-motions do not lead along it to second order"
-    if ((low < -FLAT) & (high > FLAT)).all():
+    if counts == {2}:
         return "self-motions lead along it to both sides"
-    if ((low >= -FLAT) ^ (high <= FLAT)).all():
+    if counts == {1}:
         return "self-motions lead along it to one side only: an end of reach"
     return "whether self-motions lead along it differs along the family"

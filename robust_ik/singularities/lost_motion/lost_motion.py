@@ -50,6 +50,8 @@ class LostMotion:
         return int(self.twists.shape[1])
 
 
+FLAT = 1e-7
+"""Curvature, in units of the twist per rad², below which a self-motion does not lead along a lost direction."""
 VANISHED = 1e-7
 """Derivatives of U₂ᵀ J V₂ below this fraction of the largest entry of ∂J/∂q count as zero."""
 ALL_ROWS = (0, 1, 2, 3, 4, 5)
@@ -112,6 +114,11 @@ def lost_directions(J: Array, hessian: Array, corank: int) -> Array:
     gained = whole_svd(change.reshape(weakest.shape[1], -1))
     rank = int(np.sum(gained.s > VANISHED * np.abs(hessian).max(initial=0.0)))
     return np.asarray(weakest @ gained.U[:, :rank] if rank else weakest)
+
+
+def sides(low: float, high: float) -> int:
+    """To how many sides self-motions lead out along a lost direction, to second order, by the extremes of κ: 0 to 2."""
+    return int(low < -FLAT) + int(high > FLAT)
 
 
 def _curvature(u: Array, hessian: Array, motions: Array) -> tuple[float, float]:
