@@ -15,6 +15,7 @@ from robust_ik.singularities.families.leaf import Leaf, Pin, verified
 from robust_ik.singularities.families.leaf_survey import Survey
 from robust_ik.singularities.find.rank_residual import Residual
 from robust_ik.singularities.geometry import straightening
+from robust_ik.singularities.geometry.coincidence_tolerance import Tolerance
 from robust_ik.singularities.geometry.line_arm import LineArm, made_parallel
 from robust_ik.singularities.geometry.screw_chain import ScrewChain, axes_at_zero
 from robust_ik.singularities.geometry.straightening import straightened
@@ -223,7 +224,7 @@ def test_near_lengths_become_alike_and_nothing_else_changes():
     rng = np.random.default_rng(0)
     turns = Rotation.random(6, random_state=1).as_matrix()
     arm = LineArm.of(turns[:, :, 2], rng.normal(size=(6, 3)), rng.normal(size=3))
-    same, changes = arm.evened(1e-9, 1e-9)
+    same, changes = arm.evened(Tolerance(1e-9, 1e-9, 1e-9))
     assert max(max(each) for each in changes) < 1e-12
     np.testing.assert_allclose(same.frames, arm.frames, atol=1e-9)
 

@@ -2,11 +2,13 @@
 
 from robust_ik.description.urdf.urdf_checks import safe_tree
 from robust_ik.description.urdf.urdf_reader import fix_joints, lock_slides, parse_urdf, read_urdf
+from robust_ik.description.urdf.written_digits import last_places
 from robust_ik.description.urdf.xacro_files import checked_arguments
 
 __all__ = [
     "checked_arguments",
     "fix_joints",
+    "last_places",
     "lock_slides",
     "parse_urdf",
     "read_urdf",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -29,6 +29,8 @@ class SingularityAtlas(AtlasRecord):
         settings: Settings of the search.
         interrupted: Whether it was stopped before it was done.
         certificate: The proofs that were tried, checked if complete; None if none was asked for.
+        nearly: Rows of the arm without its small tilts and offsets, of which the arm itself has none: there it is
+            nearly singular, as `off` and `floor` of each say.
     """
 
     def __str__(self) -> str:
@@ -83,6 +85,4 @@ class SingularityAtlas(AtlasRecord):
 
 def atlas_of(record: AtlasRecord) -> SingularityAtlas:
     """The atlas for the record of a search or a file."""
-    return SingularityAtlas(
-        record.robot, record.strata, record.evidence, record.settings, record.interrupted, record.certificate
-    )
+    return SingularityAtlas(**{each.name: getattr(record, each.name) for each in fields(record)})

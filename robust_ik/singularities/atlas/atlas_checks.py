@@ -42,7 +42,7 @@ def reread(atlas: AtlasRecord) -> AtlasRecord:
             singular.
     """
     _check_robot(atlas.robot)
-    records: list[Settings | Evidence | Stratum] = [atlas.settings, *atlas.evidence, *atlas.strata]
+    records: list[Settings | Evidence | Stratum] = [atlas.settings, *atlas.evidence, *atlas.strata, *atlas.nearly]
     for record in records:
         _check_values(record)
     if atlas.settings.method not in get_args(Method):
@@ -54,7 +54,12 @@ def reread(atlas: AtlasRecord) -> AtlasRecord:
         if row.corank not in looked_for:
             raise LoadError(f"a row is of corank {row.corank}, of which nothing is said")
         _check_row(atlas.robot.chain, row)
-    return replace(atlas, strata=tuple(_in_words(atlas.robot, row) for row in atlas.strata))
+    for row in atlas.nearly:
+        if atlas.robot.near is None:
+            raise LoadError("it has rows of nearly the same arm, but not that arm")
+        _check_row(atlas.robot.near, row)
+    strata, nearly = (tuple(_in_words(atlas.robot, row) for row in rows) for rows in (atlas.strata, atlas.nearly))
+    return replace(atlas, strata=strata, nearly=nearly)
 
 
 def _check_values(record: Settings | Evidence | Stratum) -> None:
@@ -78,12 +83,13 @@ def _check_robot(facts: RobotFacts) -> None:
         raise LoadError("a name is no text")
     if not all(isinstance(value, float) and math.isfinite(value) for value in facts.symbols.values()):
         raise LoadError("a length is no number")
-    for chain in (facts.chain, facts.given):
+    chains = (facts.chain, facts.given) if facts.near is None else (facts.chain, facts.given, facts.near)
+    for chain in chains:
         _check_chain(chain)
     n = facts.chain.n
     if not (facts.lower.shape == facts.upper.shape == (n,) and len(facts.continuous) == n):
         raise LoadError(f"limits are not of {n} joints")
-    if (facts.chain.joint_names, facts.chain.rows) != (facts.given.joint_names, facts.given.rows):
+    if any((facts.chain.joint_names, facts.chain.rows) != (each.joint_names, each.rows) for each in chains):
         raise LoadError("the geometry that was given is of other joints or rows than the one that was analysed")
     if facts.exact is None:
         return

@@ -28,7 +28,7 @@ from robust_ik.singularities.families.stratum import Condition, Stratum
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 from robust_ik.singularities.lost_motion.along_a_stratum import lost_along
 
-FORMAT, VERSION = "robust_ik singularity atlas", 2
+FORMAT, VERSION = "robust_ik singularity atlas", 3
 LARGEST_FILE = 64_000_000
 """Most bytes of a file. Chosen: the Panda's atlas with its proofs has 4 MB; this is small beside memory."""
 BROKEN = (ValueError, KeyError, TypeError, AttributeError, IndexError, ArithmeticError, RecursionError, RobustIKError)
@@ -98,6 +98,8 @@ def to_plain(atlas: AtlasRecord) -> dict[str, Any]:
         "tool": facts.tool.tolist(),
         "exact": None if facts.exact is None else json.loads(Proof(facts.exact, 1).to_json()),
         "inexact": facts.inexact,
+        "near": None if facts.near is None else _chain(facts.near),
+        "near_changes": list(facts.near_changes),
     }
     return {
         "format": FORMAT,
@@ -108,6 +110,7 @@ def to_plain(atlas: AtlasRecord) -> dict[str, Any]:
         "settings": asdict(atlas.settings),
         "interrupted": atlas.interrupted,
         "certificate": None if atlas.certificate is None else json.loads(atlas.certificate.to_json()),
+        "nearly": [_stratum(row) for row in atlas.nearly],
     }
 
 
@@ -126,10 +129,12 @@ def from_plain(data: dict[str, Any]) -> AtlasRecord:
             "given": chain if robot["given"] is None else _read_chain(robot["given"]),
             "changes": tuple(str(each) for each in robot["changes"]),
             "tool": _array(robot["tool"]),
+            "near": None if robot["near"] is None else _read_chain(robot["near"]),
+            "near_changes": tuple(str(each) for each in robot["near_changes"]),
             "exact": None if robot["exact"] is None else Proof.from_json(json.dumps(robot["exact"])).arm,
         }
     )
-    certificate = data["certificate"]
+    certificate, near = data["certificate"], facts.nearly
     atlas = AtlasRecord(
         robot=facts,
         strata=tuple(_read_stratum(facts, each) for each in data["strata"]),
@@ -137,6 +142,7 @@ def from_plain(data: dict[str, Any]) -> AtlasRecord:
         settings=Settings(**data["settings"]),
         interrupted=bool(data["interrupted"]),
         certificate=None if certificate is None else Certificate.from_json(json.dumps(certificate)),
+        nearly=tuple(_read_stratum(near or facts, each) for each in data["nearly"]),
     )
     atlas = reread(atlas)
     return replace(atlas, evidence=judged(state_of(atlas)))

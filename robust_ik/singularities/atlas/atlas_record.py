@@ -57,6 +57,8 @@ class AtlasRecord:
         settings: Settings of the search.
         interrupted: Whether it was stopped before it was done.
         certificate: The proofs that were tried, checked if complete; None if none was asked for.
+        nearly: Rows of the arm without its small tilts and offsets, of which the arm itself has none: there it is
+            nearly singular, as `off` and `floor` of each say.
     """
 
     robot: RobotFacts
@@ -65,6 +67,7 @@ class AtlasRecord:
     settings: Settings
     interrupted: bool = False
     certificate: Certificate | None = field(default=None, repr=False)
+    nearly: tuple[Stratum, ...] = ()
 
     def __iter__(self) -> Iterator[Stratum]:
         return iter(self.strata)
@@ -91,6 +94,8 @@ class AtlasRecord:
         if facts.changes:
             lines.append(_straightening(facts, self.strata))
         lines += [f"corank {each.corank}: {self._found(each)}; {each.words}" for each in self.evidence]
+        if self.nearly:
+            lines += _nearly(facts, self.nearly)
         if self.interrupted:
             lines.append("the search was interrupted: this is what it had found")
         return ".\n".join(lines) + "."
@@ -141,6 +146,15 @@ class AtlasRecord:
         from robust_ik.singularities.trace.coupled_curves import trace  # imports atlases
 
         return trace(self, stratum)
+
+
+def _nearly(facts: RobotFacts, rows: Sequence[Stratum]) -> list[str]:
+    """Where the arm is nearly singular because of small tilts and offsets, in words."""
+    told = [f"nearly singular, for small tilts and offsets ({'; '.join(facts.near_changes)})"]
+    for row in rows:
+        lowest = f"falls to {row.floor:.1g} nearby" if row.floor > 0 else "falls to 0 nearby"
+        told.append(f"nearly of corank {row.corank}: {row.words}: σ is at most {row.off:.1g} there, and {lowest}")
+    return told
 
 
 def _straightening(facts: RobotFacts, strata: Sequence[Stratum]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 
@@ -13,10 +14,11 @@ from robust_ik.errors import InputError
 from robust_ik.runtime.parallel import chunk_sizes
 from robust_ik.runtime.progress import ProgressCallback
 from robust_ik.singularities.atlas.atlas_record import AtlasRecord
-from robust_ik.singularities.atlas.corank_search import CorankSearch, judged
+from robust_ik.singularities.atlas.corank_search import PROBE, CorankSearch, judged
 from robust_ik.singularities.atlas.evidence import Completeness, Evidence
 from robust_ik.singularities.atlas.search_pieces import CHUNK
 from robust_ik.singularities.atlas.search_state import SearchState, Tally, state_of
+from robust_ik.singularities.families.near_rows import is_listed
 from robust_ik.singularities.families.stratum import Stratum
 from robust_ik.singularities.families.stratum_rows import make_rows
 
@@ -49,10 +51,22 @@ def searched(state: SearchState, starts: int, progress: ProgressCallback | None)
         evidence = judged(state)
     except KeyboardInterrupt:
         interrupted, evidence = True, _unjudged(state)
+    nearly = () if interrupted else _nearly(state, strata)
     proofs = tuple(state.proven[k].proof for k in sorted(state.proven))
-    return AtlasRecord(
-        state.facts, tuple(strata), evidence, state.settings, interrupted, Certificate(proofs) if proofs else None
-    )
+    certificate = Certificate(proofs) if proofs else None
+    return AtlasRecord(state.facts, tuple(strata), evidence, state.settings, interrupted, certificate, nearly)
+
+
+def _nearly(state: SearchState, strata: Sequence[Stratum]) -> tuple[Stratum, ...]:
+    """The rows of the arm without its small tilts and offsets that are no rows of the arm; none after Ctrl-C."""
+    facts = state.facts.nearly
+    if facts is None:
+        return ()
+    settings = replace(state.settings, starts=PROBE, certified=False)
+    record = searched(SearchState(facts, settings, executor=state.executor), PROBE, None)
+    if record.interrupted:
+        return ()
+    return tuple(row for row in record.strata if not is_listed(state.facts.chain, strata, row))
 
 
 def _wanted(state: SearchState) -> list[int]:

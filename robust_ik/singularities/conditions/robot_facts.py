@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +21,7 @@ from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.singularities.conditions.condition_words import symbols
 from robust_ik.singularities.geometry.line_arm import LineArm
 from robust_ik.singularities.geometry.screw_chain import ScrewChain, reachable_rows
-from robust_ik.singularities.geometry.straightening import straightened
+from robust_ik.singularities.geometry.straightening import nearby, straightened
 
 if TYPE_CHECKING:
     from robust_ik.robot.robot import Robot
@@ -50,6 +50,8 @@ class RobotFacts:
         exact: The chain in rational numbers, for proofs; None if that is not possible.
         inexact: Why it is not.
         length_scale: Length by which linear rows are divided where σ is told, m.
+        near: The chain without small tilts and offsets; None if it has none.
+        near_changes: Each of these, in words.
     """
 
     name: str
@@ -67,6 +69,8 @@ class RobotFacts:
     exact: Arm | None = None
     inexact: str = ""
     length_scale: float = 1.0
+    near: ScrewChain | None = None
+    near_changes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "lower", readonly(self.lower))
@@ -97,6 +101,7 @@ class RobotFacts:
         chain, changes, lines = straightened(robot, given)
         kinds = [robot.description.joint[name].kind for name in robot.joint_names]
         exact, inexact = _exact(robot, chain, lines)
+        near, near_changes = nearby(robot, given, chain)
         return cls(
             name=robot.name,
             tip=str(robot.tip),
@@ -113,7 +118,16 @@ class RobotFacts:
             exact=exact,
             inexact=inexact,
             length_scale=told,
+            near=near,
+            near_changes=near_changes,
         )
+
+    @property
+    def nearly(self) -> RobotFacts | None:
+        """The facts of the same robot without small tilts and offsets; None if it has none."""
+        if self.near is None:
+            return None
+        return replace(self, chain=self.near, changes=self.near_changes, exact=None, near=None, near_changes=())
 
     def values(self, q: ArrayLike) -> Array:
         """Joint values (n,) from q (nq,), or from joint values themselves."""

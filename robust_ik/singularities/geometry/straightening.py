@@ -13,32 +13,44 @@ import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.kinematics.chain import axis_frames
+from robust_ik.singularities.geometry.coincidence_tolerance import ANGLE, Tolerance
 from robust_ik.singularities.geometry.line_arm import STEP, LineArm, made_parallel
-from robust_ik.singularities.geometry.screw_chain import ScrewChain, axes_at_zero
+from robust_ik.singularities.geometry.screw_chain import ScrewChain, axes_at_zero, reachable_rows
 
 if TYPE_CHECKING:
     from robust_ik.robot.robot import Robot
 
-TOLERANCE = 1e-4
-"""Angles this close to a multiple of π/12 are replaced by it, rad."""
-SHORT = 2e-5
-"""Lengths this close to zero or to each other are made so, m, for an arm of usual size.
-
-Chosen: what five decimals of a metre leave of a length that was added up from a few; no arm of the catalogue is offset
-by so little on purpose.
-"""
 FAITHFUL, CONFIGURATIONS = 30.0, 8
 """Changes add up along an arm: a geometry whose Jacobian differs by more than so many times the largest single change,
 at one of so many random configurations, is not the meant one, and nothing but directions is changed.
 """
+APART = 1e-9
+"""Jacobians that differ by less are of the same geometry, in its unit of length."""
 UNCHANGED = 1e-11
 """Turns below this, rad, and lengths in m, are rounding of what was read; they are not reported as changes."""
 Lines = tuple[Array, Array, Array]
 """With all joints at zero, world: unit vectors along the axes, a point on each, (n, 3), and the tip's point, (3,)."""
 
 
+def nearby(robot: Robot, given: ScrewChain, chain: ScrewChain) -> tuple[ScrewChain | None, tuple[str, ...]]:
+    """The chain without small tilts and offsets that no rounding explains, and each change in words.
+
+    Args:
+        robot: The robot.
+        given: The chain of the model.
+        chain: The same, straightened: what rounding explains is done.
+
+    Returns:
+        None if there are none, or the chain could no longer move in all rows.
+    """
+    meant, changes, _ = straightened(robot, given, Tolerance.of(robot).widened(robot.length_scale))
+    if _apart(meant, chain) <= APART or reachable_rows(meant).rows != chain.rows:
+        return None, ()
+    return meant, changes
+
+
 def straightened(
-    robot: Robot, chain: ScrewChain, tolerance: float = TOLERANCE
+    robot: Robot, chain: ScrewChain, tolerance: Tolerance | None = None
 ) -> tuple[ScrewChain, tuple[str, ...], LineArm | None]:
     """The chain with nearly exact numbers made exact, and each change in words.
 
@@ -48,19 +60,21 @@ def straightened(
     Args:
         robot: The robot of the chain.
         chain: The chain of the model.
-        tolerance: Largest change of an angle, rad.
+        tolerance: Largest changes; by default `Tolerance.of` the robot.
     """
-    lines, changes = _with_exact_directions(robot, chain, tolerance)
+    most = Tolerance.of(robot) if tolerance is None else tolerance
+    lines, changes = _with_exact_directions(robot, chain, most.angle)
     straight = _chain_of(chain, *lines) if changes else chain
     turns_only = not any(chain.sliding) and np.array_equal(chain.mixing, np.eye(chain.n))
     if not turns_only:
         return straight, changes, None
     if not changes:
         lines = (*axes_at_zero(chain.rotations, chain.offsets), robot.pose(robot.neutral)[:3, 3])
-    even, more = _evened(robot, chain.joint_names, lines, tolerance)
+    even, more = _evened(robot, chain.joint_names, lines, most)
     placed = even.frames
     found = _chain_of(chain, placed[:, :3, 2], placed[:, :3, 3], placed[-1, :3, :3] @ even.tip + placed[-1, :3, 3])
-    if not more or _apart(found, straight) > FAITHFUL * (tolerance + SHORT):
+    coarse = bool(changes) and most.angle > ANGLE
+    if not (more or coarse) or _apart(found, straight) > FAITHFUL * (most.angle + most.short / chain.length_scale):
         return straight, changes, None
     return found, (*changes, *more), even
 
@@ -87,10 +101,10 @@ def _with_exact_directions(robot: Robot, chain: ScrewChain, tolerance: float) ->
     return (np.array(axes), np.array(points), tip), tuple(changes)
 
 
-def _evened(robot: Robot, names: Sequence[str], lines: Lines, tolerance: float) -> tuple[LineArm, list[str]]:
+def _evened(robot: Robot, names: Sequence[str], lines: Lines, most: Tolerance) -> tuple[LineArm, list[str]]:
     """The arm with meant coincidences of its lines made exact, and each change in words."""
-    *parallel, turns = made_parallel(*lines, tolerance)
-    arm, moved = LineArm.of(*parallel).evened(SHORT * robot.length_scale, tolerance)
+    *parallel, turns = made_parallel(*lines, most.angle)
+    arm, moved = LineArm.of(*parallel).evened(most)
     changes = [
         f"{name}: lengths changed by {length:.2g} m"
         for name, (length, _) in zip(names[1:], moved)
