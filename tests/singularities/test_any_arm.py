@@ -134,6 +134,57 @@ def test_rows_words_and_proofs_are_the_same_at_any_size(size):
     assert [each.status for each in one.evidence] == [each.status for each in other.evidence]
 
 
+LIFT = [
+    ("0 0 0.1", "0 0 0", "0 0 1", -3, 3), ("0 0.2 0.3", "0 0 0", "1 0 0", -0.5, 0.5, "slide"),
+    ("0 0 0.2", "0 0 0", "0 1 0", -3, 3), ("0.4 0 0", "0 0 0", "0 1 0", -3, 3), ("0.35 0 0", "0 0 0", "1 0 0", -3, 3),
+    ("0 0 0", "0 0 0", "0 1 0", -3, 3), ("0 0 0", "0 0 0", "1 0 0", -3, 3),
+]  # fmt: skip
+"""A turn, a slide across it, and an arm of five joints."""
+
+
+def shaped(atlas):
+    """The rows of an atlas without coefficients, which are lengths, but with all else."""
+    return [
+        (row.corank, row.dimension, row.components, row.lost.words, row.within_limits,
+         [each.words for each in row.conditions], [[str(each.angles), len(each.terms)] for each in row.relations])
+        for row in atlas
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("size", [1e-6, 1e-3, 0.005, 30.0, 1e6])
+def test_rows_and_proofs_of_arms_that_slide_are_the_same_at_any_size(size, tmp_path):
+    """A slide of a millimetre moves the joints of a tiny arm as far as a metre those of a large one."""
+    one, other = (rik.find_singularities(arm_of(LIFT, "0.1 0 0", each), starts=STARTS) for each in (1.0, size))
+    assert shaped(one) == shaped(other)
+    assert [each.status for each in one.evidence] == [each.status for each in other.evidence]
+    robot = arm_of(LIFT, "0.1 0 0", size)
+    for row in other:
+        J = robot.jacobian(robot.configuration(row.samples))
+        J[:, :3] /= size
+        J[:, :, 1] *= size
+        s = np.linalg.svd(J, compute_uv=False)
+        assert (s[:, 6 - row.corank] < 1e-9).all()
+        assert (s[:, 5 - row.corank] > 1e-6).all()
+    assert rik.SingularityAtlas.load(other.save(tmp_path / "atlas.json")).markdown() == other.markdown()
+
+
+def test_the_nearest_singularity_and_curves_of_a_tiny_arm_are_those_of_a_large_one():
+    one, other = (
+        rik.find_singularities(arm_of(LIFT, "0.1 0 0", each), 2, starts=STARTS, certify=False) for each in (1.0, 1e-3)
+    )
+    q = np.array([0.3, 0.2, 1.0, 0.4, -0.5, 0.9, 0.1])
+    small = q * [1, 1e-3, 1, 1, 1, 1, 1]
+    assert one.distance(q).stratum.words == other.distance(small).stratum.words
+    scale = arm_of(LIFT, "0.1 0 0", 1e-3).length_scale / 1e-3
+    way, short = one.distance(q), other.distance(small)
+    np.testing.assert_allclose(short.values[[0, 2, 3, 4, 5, 6]], way.values[[0, 2, 3, 4, 5, 6]], atol=0.5)
+    assert 0.4 < scale < 2.5
+    assert short.values[1] == pytest.approx(1e-3 * way.values[1], abs=3e-4)
+    for row, same in zip(one, other):
+        if len(row.curve) or len(row.relations):
+            assert len(one.curves(row)) == len(other.curves(same))
+
+
 def test_a_tiny_arm_has_the_families_of_the_same_arm_at_full_size():
     tiny = case("tiny_arm_mm")
     assert [len(tiny.of_corank(k)) for k in (1, 2)] == [3, 7]

@@ -160,7 +160,7 @@ def test_planar_arms_are_singular_where_all_links_are_in_line():
 
 def test_a_folded_stratum_of_an_arm_that_slides_is_read_with_all_its_values():
     rows = {row.words: (row.dimension, row.components) for row in atlas_of("stanford").of_corank(2)}
-    assert rows["q3 = 0.000000 m and q4 ∈ {0, π} and q5 ∈ {0, π}"] == (3, 4)
+    assert rows["q3 = 0 m and q4 ∈ {0, π} and q5 ∈ {0, π}"] == (3, 4)
 
 
 def test_a_folded_stratum_may_pin_a_sum_of_parallel_joints_and_a_value_that_is_no_special_angle():

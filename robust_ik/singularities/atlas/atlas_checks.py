@@ -53,11 +53,13 @@ def reread(atlas: AtlasRecord) -> AtlasRecord:
     for row in atlas.strata:
         if row.corank not in looked_for:
             raise LoadError(f"a row is of corank {row.corank}, of which nothing is said")
-        _check_row(atlas.robot.chain, row)
-    for row in atlas.nearly:
-        if atlas.robot.near is None:
+    even = atlas.robot.measured_in(atlas.robot.units)
+    for chain, rows in ((even.chain, atlas.strata), (even.near, atlas.nearly)):
+        if chain is None and rows:
             raise LoadError("it has rows of nearly the same arm, but not that arm")
-        _check_row(atlas.robot.near, row)
+        for row in rows:
+            _check_angles(even.chain, row)
+            _check_row(chain or even.chain, row.measured_in(even.units, even.symbols))
     strata, nearly = (tuple(_in_words(atlas.robot, row) for row in rows) for rows in (atlas.strata, atlas.nearly))
     return replace(atlas, strata=strata, nearly=nearly)
 
@@ -116,12 +118,16 @@ def _check_chain(chain: ScrewChain) -> None:
         raise LoadError(f"length_scale cannot be {chain.length_scale!r}")
 
 
-def _check_row(chain: ScrewChain, row: Stratum) -> None:
-    """Checks that its conditions are about the chain's joints and leave its dimension, and its members are singular."""
+def _check_angles(chain: ScrewChain, row: Stratum) -> None:
+    """Checks that its conditions are about the chain's joints."""
     for angle in (*(each.angle for each in row.conditions), *(a for each in row.relations for a in each.angles)):
         _check_angle(chain, angle)
     for relation in row.relations:
         _check_relation(relation)
+
+
+def _check_row(chain: ScrewChain, row: Stratum) -> None:
+    """Checks that its conditions leave its dimension, and its members are singular."""
     bound = {joint for each in row.conditions for joint in each.angle.joints} | set(row.curve)
     bound |= {joint for each in row.relations for joint in each.joints}
     if sorted((*row.free, *bound)) != list(range(chain.n)):

@@ -135,7 +135,7 @@ class AtlasRecord:
         """For each stratum its configuration nearest to q, the nearest stratum first."""
         if not self.strata:
             raise NoSingularitiesError(f"{self.robot.name}: {self.explanation}")
-        return nearest(self.robot.chain, self.strata, self.robot.values(q))
+        return nearest(self.robot, self.strata, self.robot.values(q))
 
     @checked
     def curves(self, stratum: Stratum) -> tuple[Curve, ...]:
@@ -152,8 +152,8 @@ def _nearly(facts: RobotFacts, rows: Sequence[Stratum]) -> list[str]:
     """Where the arm is nearly singular because of small tilts and offsets, in words."""
     told = [f"nearly singular, for small tilts and offsets ({'; '.join(facts.near_changes)})"]
     for row in rows:
-        lowest = f"falls to {row.floor:.1g} nearby" if row.floor > 0 else "falls to 0 nearby"
-        told.append(f"nearly of corank {row.corank}: {row.words}: σ is at most {row.off:.1g} there, and {lowest}")
+        met = f"σ up to {row.off:.1g} was met there, and it falls to {row.floor:.1g} nearby"
+        told.append(f"nearly of corank {row.corank}: {row.words}: {met}")
     return told
 
 

@@ -88,4 +88,5 @@ def find_singularities(
     if not isinstance(method, str):
         raise InputError(f"method must be 'projection' or 'gradient', got {method!r}")
     settings = Settings(corank, seed_of(rng, DEFAULT_SEED), int(starts), tolerance, method, bool(certify))
-    return atlas_of(searched(SearchState(facts, settings, executor=executor), int(starts), progress))
+    state = SearchState(facts.measured_in(facts.units), settings, executor=executor)
+    return atlas_of(searched(state, int(starts), progress))

@@ -20,7 +20,7 @@ from robust_ik.singularities.atlas.search_pieces import CHUNK
 from robust_ik.singularities.atlas.search_state import SearchState, Tally, state_of
 from robust_ik.singularities.families.near_rows import is_listed
 from robust_ik.singularities.families.stratum import Stratum
-from robust_ik.singularities.families.stratum_rows import make_rows
+from robust_ik.singularities.families.stratum_rows import in_metres, make_rows
 
 
 @checked
@@ -54,7 +54,9 @@ def searched(state: SearchState, starts: int, progress: ProgressCallback | None)
     nearly = () if interrupted else _nearly(state, strata)
     proofs = tuple(state.proven[k].proof for k in sorted(state.proven))
     certificate = Certificate(proofs) if proofs else None
-    return AtlasRecord(state.facts, tuple(strata), evidence, state.settings, interrupted, certificate, nearly)
+    facts = state.facts.measured_in(1 / state.facts.units)
+    listed = tuple(in_metres(state.facts, row) for row in strata)
+    return AtlasRecord(facts, listed, evidence, state.settings, interrupted, certificate, nearly)
 
 
 def _nearly(state: SearchState, strata: Sequence[Stratum]) -> tuple[Stratum, ...]:
@@ -66,7 +68,10 @@ def _nearly(state: SearchState, strata: Sequence[Stratum]) -> tuple[Stratum, ...
     record = searched(SearchState(facts, settings, executor=state.executor), PROBE, None)
     if record.interrupted:
         return ()
-    return tuple(row for row in record.strata if not is_listed(state.facts.chain, strata, row))
+    units, known = facts.units, facts.symbols
+    return tuple(
+        row for row in record.strata if not is_listed(state.facts.chain, strata, row.measured_in(units, known))
+    )
 
 
 def _wanted(state: SearchState) -> list[int]:

@@ -48,7 +48,7 @@ class SearchState:
     """The state of a search, which survives an interruption.
 
     Attributes:
-        facts: Facts of the robot.
+        facts: Facts of the robot, with joint values in the units of `RobotFacts.units`.
         settings: Settings of the search.
         leaves: Leaves found so far.
         evidence: Evidence for each corank.
@@ -105,11 +105,12 @@ class SearchState:
 
 def state_of(atlas: AtlasRecord) -> SearchState:
     """The state from which an atlas can be continued; its proofs are checked again."""
-    facts = atlas.robot
+    units = atlas.robot.units
+    facts = atlas.robot.measured_in(units)
     return SearchState(
         facts,
         atlas.settings,
-        [leaf for stratum in atlas.strata for leaf in stratum.leaves],
+        [leaf for stratum in atlas.strata for leaf in stratum.measured_in(units, facts.symbols).leaves],
         {each.corank: each for each in atlas.evidence},
         {proof.corank: ProofOutcome.of(facts.chain, facts.exact, proof) for proof in atlas.certificate or ()},
     )

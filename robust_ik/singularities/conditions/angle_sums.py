@@ -116,7 +116,7 @@ def candidates(chain: ScrewChain, joints: Sequence[int], values: Array) -> list[
         values: Configurations of one stratum, (N, n): axes count as parallel if they are at all of them.
     """
     found = [single(chain, joint) for joint in joints]
-    if len(chain.sliding) != chain.n or np.any(chain.mixing != np.eye(chain.n)):
+    if not chain.is_serial:
         return found
     axes = chain.joints.jacobians(values, REFERENCE)[:, 3:].transpose(2, 0, 1)
     for i, j in combinations(range(len(joints)), 2):

@@ -13,6 +13,8 @@ from robust_ik.singularities.conditions.trig_relations import Relation, Term
 
 SAME = 1e-6
 """Relative difference up to which numbers have the same symbol."""
+TINY = 1e-4
+"""Coefficients below this are of lengths: fitted ones are larger, see `trig_relations.SMALLEST`."""
 Symbols = Mapping[str, float]
 
 
@@ -34,7 +36,7 @@ def condition(angle: Angle, values: Sequence[float], known: Symbols) -> str:
     shown = [number(value, angle.circular) for value in sorted(values, key=lambda value: (abs(value), value))]
     if len(values) == 1:
         return f"{angle} = {shown[0]}{unit}"
-    if len(values) == 2 and abs(sum(values)) < SAME:
+    if len(values) == 2 and abs(sum(values)) < SAME * (1.0 if angle.circular else max(map(abs, values))):
         return f"{angle} = ±{number(max(values), angle.circular)}{unit}"
     return f"{angle} ∈ {{{', '.join(shown)}}}{unit}"
 
@@ -42,6 +44,8 @@ def condition(angle: Angle, values: Sequence[float], known: Symbols) -> str:
 def number(value: float, circular: bool = True) -> str:
     """A number as text: a multiple of π as such, others with six decimals."""
     part = Fraction(value / np.pi).limit_denominator(12)
+    if not circular and abs(value) < TINY:
+        return f"{value:.6g}".replace("-", "−")
     if not circular or abs(value - part * np.pi) > SAME:
         return f"{value:.6f}".replace("-", "−")
     if part == 0:
@@ -82,6 +86,9 @@ def _product(size: str, term: Term) -> str:
 
 
 def _shown(value: float) -> str:
+    """A coefficient with six decimals; one that is tiny, of a slide of a huge arm, with six digits."""
+    if abs(value) < TINY:
+        return f"{value:.6g}".replace("-", "−")
     return f"{value:.6f}".rstrip("0").rstrip(".").replace("-", "−")
 
 

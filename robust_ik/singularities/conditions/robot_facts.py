@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -122,6 +124,30 @@ class RobotFacts:
             near_changes=near_changes,
         )
 
+    @cached_property
+    def units(self) -> Array:
+        """The units in which joint values are searched: 1 rad, and for slides the arm's unit of length, m, (n,)."""
+        return np.where(self.chain.slides, self.chain.length_scale, 1.0)
+
+    def measured_in(self, units: Array) -> RobotFacts:
+        """The same facts with joint values in other units; one robot at any size has the same ones in `units`.
+
+        Args:
+            units: The new unit of each value, in the present one, (n,).
+        """
+        if (units == 1).all():
+            return self
+        chain = self.chain.measured_in(units)
+        return replace(
+            self,
+            chain=chain,
+            given=chain if self.given is self.chain else self.given.measured_in(units),
+            near=None if self.near is None else self.near.measured_in(units),
+            lower=self.lower / units,
+            upper=self.upper / units,
+            exact=None if self.exact is None else _sized(self.exact, 1 / float(units[self.chain.slides][0])),
+        )
+
     @property
     def nearly(self) -> RobotFacts | None:
         """The facts of the same robot without small tilts and offsets; None if it has none."""
@@ -178,6 +204,14 @@ def _exact(robot: Robot, chain: ScrewChain, lines: LineArm | None) -> tuple[Arm 
     if away > SAME:
         return None, f"its angles are not rational enough: the exact arm is off by {away:.1g}"
     return arm, ""
+
+
+def _sized(arm: Arm, factor: float) -> Arm:
+    """An exact arm with its lengths times a factor; its slides move as far in them."""
+    links = tuple(
+        (*rotation, tuple(str(Fraction(text) * Fraction(factor)) for text in offset)) for *rotation, offset in arm.links
+    )
+    return replace(arm, links=links)
 
 
 def jacobians_apart(chain: ScrewChain, arm: Arm) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import chain, product
 
@@ -74,7 +74,7 @@ class Relation:
 
     Attributes:
         terms: Products; the empty one is 1.
-        coefficients: (t,), the largest magnitude being 1.
+        coefficients: (t,), the largest magnitude being 1 in the units in which it was fitted.
         residual: Largest magnitude of the sum at the points that it was fitted to.
         points: Number of these points.
     """
@@ -97,9 +97,22 @@ class Relation:
         """Every angle in it, ascending."""
         return tuple(sorted({factor.angle for term in self.terms for factor in term}))
 
+    def measured_in(self, units: Array) -> Relation:
+        """The same relation of joint values in other units.
+
+        Args:
+            units: The new unit of each value, in the present one, (n,).
+        """
+        return replace(self, coefficients=self.coefficients * [_size_of(term, units) for term in self.terms])
+
     def of(self, values: Array) -> Array:
         """The sum at joint values (..., n), zero if the relation holds, (...)."""
         return evaluate(self.terms, values) @ self.coefficients
+
+
+def _size_of(term: Term, units: Array) -> float:
+    """By how much the powers in a product are smaller if values are in other units."""
+    return float(math.prod(units[each.angle.joints[0]] ** each.order for each in term if each.kind == "power"))
 
 
 def evaluate(terms: Sequence[Term], values: Array) -> Array:

@@ -15,6 +15,8 @@ from robust_ik.singularities.families.leaf import Leaf, Pin
 from robust_ik.singularities.families.leaf_merging import Values, values_of
 from robust_ik.singularities.lost_motion.along_a_stratum import Lost
 
+ROUNDING = 1e-8
+"""Lengths below this, in the arm's unit, are zero: polished points are as exact where strata cross."""
 SAMPLES = 64
 """Most samples of a row."""
 
@@ -53,13 +55,14 @@ class Stratum:
         dimension: Dimension of the family: n minus the number of independent conditions.
         samples: Configurations on it as joint values, rad or m, (S, n).
         residual: Largest σ_{r−k+1}/σ₁ at random members, r = min(m, n); it shows that the family is singular.
-        off: Largest σ_{r−k+1} of the model as given, at these members, in the units of the Jacobian; 0 up to rounding
-            unless the model's angles are rounded.
-        floor: Largest σ_{r−k+1} that remains after descent from them: 0 if the model as given has such configurations
-            too, nearby.
+        off: Largest σ_{r−k+1} of the model as given, at these members and the samples, in the units of the Jacobian; 0
+            up to rounding unless the model's numbers are rounded.
+        floor: Largest σ_{r−k+1} that remains after descent from the members: 0 if the model as given has such
+            configurations too, nearby.
         within_limits: Whether some of it lies within the joint limits.
         margin: The least distance of a joint to one of its limits, for the member that is farthest inside the limits,
-            rad or m; negative if the limits exclude the family; infinite without limits.
+            rad, or for slides in the arm's unit of length; negative if the limits exclude the family; infinite without
+            limits.
         inside: The combinations of values at which some of it lies within the limits.
         lost: The motion that is lost.
     """
@@ -108,6 +111,29 @@ class Stratum:
             found.append(replace(leaf, samples=self.samples[own]) if own.any() else leaf)
         return tuple(found)
 
+    def measured_in(self, units: Array, known: Symbols) -> Stratum:
+        """The same row of joint values in other units, with words for it; a margin and a way out stay as they are.
+
+        Args:
+            units: The new unit of each value, in the present one, (n,).
+            known: Lengths with names.
+        """
+        sizes = [float(units[each.angle.joints[0]]) for each in self.conditions]
+        conditions = []
+        for each, size in zip(self.conditions, sizes):
+            values = tuple(value / size for value in each.values)
+            conditions.append(Condition(each.angle, values, condition(each.angle, values, known)))
+        relations = tuple(each.measured_in(units) for each in self.relations)
+        inside = tuple(tuple(value / size for value, size in zip(each, sizes)) for each in self.inside)
+        return replace(
+            self,
+            conditions=tuple(conditions),
+            relations=relations,
+            equations=tuple(equation(each, known) for each in relations),
+            samples=self.samples / units,
+            inside=inside,
+        )
+
     @property
     def fitted(self) -> float:
         """Largest residual of its fitted relations, 0 without any."""
@@ -121,10 +147,15 @@ def _combinations(values: Sequence[Values]) -> list[Values]:
     return found
 
 
+def _tidied(pin: Pin) -> float:
+    """The value of a pin; of a slide zero, if it is no more than rounding."""
+    return 0.0 if not pin.angle.circular and abs(pin.value) < ROUNDING else pin.value
+
+
 def stratum(leaves: Sequence[Leaf], known: Symbols, components: tuple[int, bool], residual: float) -> Stratum:
     """The row made of leaves: the same angles, values in all combinations."""
     first = leaves[0]
-    exact = [{values_of(leaf)[i]: leaf.pins[i].value for leaf in leaves} for i in range(len(first.pins))]
+    exact = [{values_of(leaf)[i]: _tidied(leaf.pins[i]) for leaf in leaves} for i in range(len(first.pins))]
     order = sorted(range(len(exact)), key=lambda i: (len(first.pins[i].angle.joints), first.pins[i].angle.joints))
     conditions = []
     for i in order:

@@ -32,6 +32,15 @@ def make_rows(facts: RobotFacts, leaves: Sequence[Leaf], rng: np.random.Generato
         yield sorted((_row(facts, group, rng) for group in groups), key=_order)
 
 
+def in_metres(facts: RobotFacts, row: Stratum) -> Stratum:
+    """A row of joint values in `facts.units`, as one of values in rad and m."""
+    if (facts.units == 1).all():
+        return row
+    metric = facts.measured_in(1 / facts.units)
+    told = row.measured_in(1 / facts.units, facts.symbols)
+    return replace(told, lost=lost_along(metric.chain, facts.tool, row.corank, told.samples))
+
+
 def _order(row: Stratum) -> tuple[int, int, tuple[tuple[int, ...], ...], str]:
     """A sort key: large dimensions first, then by joints."""
     return row.corank, -row.dimension, tuple(each.angle.joints for each in row.conditions), row.words
@@ -42,20 +51,20 @@ def _row(facts: RobotFacts, leaves: Sequence[Leaf], rng: np.random.Generator) ->
     members = np.concatenate([leaf.filled(facts.chain, rng, FILLS) for leaf in leaves])
     residual = float(relative_sigmas(facts.chain, members)[:, facts.chain.full_rank - leaves[0].corank].max())
     row = stratum(leaves, facts.symbols, (pieces * len(leaves), exact), residual)
-    off, floor = _as_given(facts, row.corank, members)
+    off, floor = _as_given(facts, row, members)
     lost = lost_along(facts.chain, facts.tool, row.corank, row.samples)
     return replace(_within(facts, row), off=off, floor=floor, lost=lost)
 
 
-def _as_given(facts: RobotFacts, corank: int, members: Array) -> tuple[float, float]:
-    """Largest σ_{r−k+1} of the model as given, at members (N, n) of a stratum, and after descent from them."""
-    weakest = facts.given.full_rank - corank
-    told = replace(facts.given, length_scale=facts.length_scale)
-    off = float(svd(told.jacobian(members)).s[:, weakest].max())
+def _as_given(facts: RobotFacts, row: Stratum, members: Array) -> tuple[float, float]:
+    """Largest σ_{r−k+1} of the model as given, at samples and members (N, n) of a row, and after descent from these."""
+    weakest = facts.given.full_rank - row.corank
+    told = replace(facts.given.measured_in(1 / facts.units), length_scale=facts.length_scale)
+    off = float(svd(told.jacobian(np.concatenate([members, row.samples]) * facts.units)).s[:, weakest].max())
     if facts.given is facts.chain:
         return off, 0.0
-    found = project(facts.given, corank, members)
-    floors = svd(told.jacobian(found.values)).s[:, weakest]
+    found = project(facts.given, row.corank, members)
+    floors = svd(told.jacobian(found.values * facts.units)).s[:, weakest]
     return off, float(np.where(found.converged, 0.0, floors).max())
 
 

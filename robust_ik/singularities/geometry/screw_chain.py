@@ -118,6 +118,30 @@ class ScrewChain:
         """The rank of the Jacobian where it is not singular, min(m, n): coranks are what is missing of it."""
         return min(self.m, self.n)
 
+    @property
+    def slides(self) -> NDArray[np.bool_]:
+        """Which independent joints only slide what they move, (n,)."""
+        used = self.mixing != 0
+        return np.asarray(
+            (used & np.array(self.sliding)[:, None]).any(axis=0)
+            & (~(used & ~np.array(self.sliding)[:, None]).any(axis=0))
+        )
+
+    @property
+    def is_serial(self) -> bool:
+        """Whether each joint moves by a value of its own: angles as they are, slides in any unit."""
+        own = len(self.sliding) == self.n and bool(((self.mixing != 0) == np.eye(self.n, dtype=bool)).all())
+        return own and bool((self.mixing[np.ix_(~self.slides, ~self.slides)] == np.eye(sum(~self.slides))).all())
+
+    def measured_in(self, units: Array) -> ScrewChain:
+        """The same chain with joint values in other units.
+
+        Args:
+            units: The new unit of each value, in the present one, (n,).
+        """
+        ends = self.lower / units, self.upper / units, self.period / units
+        return replace(self, mixing=self.mixing * units, lower=ends[0], upper=ends[1], period=ends[2])
+
     @cached_property
     def least_scale(self) -> float:
         """Least value of σ₁ as a scale, 0.001 of its median, so that a vanishing Jacobian is recognised."""
@@ -280,11 +304,12 @@ def _travel(lower: Array, upper: Array, unit: float, far: float) -> tuple[Array,
 def reachable_rows(chain: ScrewChain) -> ScrewChain:
     """The chain in its task rows if its Jacobian has full rank in them somewhere, else in fewer rows that have.
 
-    Fewer joints than six rows are no reason to leave rows out: where the joints' motions are independent, nothing is
-    lost. What rounding leaves of a row counts as nothing, beside what the joints move at all.
+    Slides are measured in the arm's own unit of length. Fewer joints than six rows are no reason to leave rows out:
+    where the joints' motions are independent, nothing is lost. What rounding leaves of a row counts as nothing, beside
+    what the joints move at all.
     """
-    values = chain.random(np.random.default_rng(0), SAMPLES)
-    whole = replace(chain, rows=ROWS).jacobian(values)
+    even = chain.measured_in(np.where(chain.slides, chain.length_scale, 1.0))
+    whole = replace(even, rows=ROWS).jacobian(even.random(np.random.default_rng(0), SAMPLES))
     largest = singular_values(whole)[:, 0]
 
     def deficient(rows: tuple[str, ...]) -> bool:

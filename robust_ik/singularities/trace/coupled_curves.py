@@ -79,7 +79,10 @@ def trace(atlas: OfArm, stratum: Stratum) -> tuple[Curve, ...]:
         atlas: The atlas that holds it.
         stratum: One of its rows.
     """
-    return tuple(curve for leaf in stratum.leaves for curve in traced(atlas.robot.chain, leaf))
+    facts, units = atlas.robot, atlas.robot.units
+    even = facts.measured_in(units)
+    curves = [curve for leaf in stratum.measured_in(units, facts.symbols).leaves for curve in traced(even.chain, leaf)]
+    return tuple(replace(curve, values=curve.values * units) for curve in curves)
 
 
 def traced(chain: ScrewChain, leaf: Leaf) -> tuple[Curve, ...]:

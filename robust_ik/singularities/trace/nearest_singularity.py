@@ -10,6 +10,7 @@ import numpy as np
 from robust_ik.checks import Array, readonly
 from robust_ik.kinematics.svd import svd
 from robust_ik.singularities.conditions.angle_sums import wrapped
+from robust_ik.singularities.conditions.robot_facts import RobotFacts
 from robust_ik.singularities.families.leaf import Leaf, is_singular
 from robust_ik.singularities.families.stratum import Stratum
 from robust_ik.singularities.find.tangent_walk import polished, tangents
@@ -29,7 +30,8 @@ class Nearest:
 
     Attributes:
         stratum: The stratum that it lies on.
-        distance: Euclidean distance of the joint values, with rad and m alike.
+        distance: Euclidean distance of the joint values, in rad and, for slides, in the arm's unit of length: 1 m for
+            robots of usual size.
         values: Its joint values, within half a turn of the given ones, (n,).
         path: Joint values on the straight way there, (P, n).
         sigma: σ_{r−k+1} on the way, in the units of the Jacobian, (P,); zero at the end.
@@ -46,21 +48,22 @@ class Nearest:
             object.__setattr__(self, name, readonly(getattr(self, name)))
 
 
-def nearest(chain: ScrewChain, strata: Sequence[Stratum], values: Array) -> list[Nearest]:
+def nearest(facts: RobotFacts, strata: Sequence[Stratum], values: Array) -> list[Nearest]:
     """For each stratum its nearest configuration, the nearest stratum first.
 
     Args:
-        chain: What moves the tip.
-        strata: Rows of an atlas.
-        values: Joint values, (n,).
+        facts: The arm.
+        strata: Rows of its atlas.
+        values: Joint values, rad and m, (n,).
     """
-    found = []
+    even, units, found = facts.measured_in(facts.units), facts.units, []
     for stratum in strata:
-        ends = [_nearest_on(chain, leaf, values) for leaf in stratum.leaves]
-        end = min(ends, key=lambda each: float(np.linalg.norm(each - values)))
-        path = values + np.linspace(0.0, 1.0, PATH)[:, None] * (end - values)
-        sigma = svd(chain.jacobian(path)).s[:, chain.full_rank - stratum.corank]
-        found.append(Nearest(stratum, float(np.linalg.norm(end - values)), end, path, sigma))
+        leaves = stratum.measured_in(units, facts.symbols).leaves
+        ends = [_nearest_on(even.chain, leaf, values / units) for leaf in leaves]
+        away, end = min(((float(np.linalg.norm(each - values / units)), each) for each in ends), key=lambda one: one[0])
+        path = values + np.linspace(0.0, 1.0, PATH)[:, None] * (end * units - values)
+        sigma = svd(facts.chain.jacobian(path)).s[:, facts.chain.full_rank - stratum.corank]
+        found.append(Nearest(stratum, away, end * units, path, sigma))
     return sorted(found, key=lambda each: (each.distance, -each.stratum.dimension))
 
 
