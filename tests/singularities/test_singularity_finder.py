@@ -10,7 +10,7 @@ import robust_ik as rik
 from robust_ik.description.catalog import catalog
 from robust_ik.kinematics.svd import full_svd
 from robust_ik.singularities.find.find_points import find_points, local_dimensions, project
-from robust_ik.singularities.find.gradient_search import rotated_gradients
+from robust_ik.singularities.find.gradient_clusters import rotated_gradients
 from robust_ik.singularities.find.points_found import Points
 from robust_ik.singularities.find.rank_residual import Residual, coranks, ranks
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
