@@ -37,13 +37,18 @@ def rotated_gradients(block: Array) -> Array:
     Returns:
         (N, c, n).
     """
+    return np.asarray(np.einsum("naak->nak", rotated_block(block)))
+
+
+def rotated_block(block: Array) -> Array:
+    """The blocks (N, c, c, n) of the pairs so rotated, whose diagonals are these gradients."""
     block = block.copy()
     size = block.shape[1]
     for _ in range(1 if size == 2 else SWEEPS):
         for a in range(size):
             for b in range(a + 1, size):
                 block = _turned(block, a, b)
-    return np.asarray(np.einsum("naak->nak", block))
+    return block
 
 
 def _turned(block: Array, a: int, b: int) -> Array:
@@ -76,7 +81,7 @@ def shortest_mean(block: Array) -> Array:
         mean = np.einsum("nab,nabk->nk", ahead, even)
         before, Z = Z, _weights(ahead - step * np.einsum("nabk,nk->nab", even, mean))
         ahead = Z + turn / (turn + 3) * (Z - before)
-    return np.einsum("nab,nabk->nk", Z, even)
+    return np.asarray(np.einsum("nab,nabk->nk", Z, even))
 
 
 def _weights(A: Array) -> Array:

@@ -32,7 +32,7 @@ COMBINATIONS = ("searched", "shortest")
 """How gradients of a cluster become one: (13) with each γ tried, or the shortest mean that any φ and γ make."""
 
 STEPS = 200
-"""Most steps of a search. Chosen: where it succeeds, the median is up to 140 (docs/singularities.md)."""
+"""Most steps of a search. Chosen: where it succeeds, the median is up to 148 (docs/singularities.md)."""
 FOUND = 1e-6
 """σ_{m−k+1} that counts as zero, the paper's ε; below it the point is polished."""
 CLUSTER = 0.02
