@@ -72,14 +72,15 @@ def test_a_cluster_holds_the_target_and_all_that_are_near_it():
 
 
 # ------------------------------------------------------------------------------------------ a step, (11)
-def test_each_step_of_fixed_length_goes_against_the_gradient_by_alpha():
-    start = chain("pa10").random(np.random.default_rng(5), 1)[0]
-    run = gradient_descent(chain("pa10"), 1, start, step=0.01, max_iterations=10)
+@pytest.mark.parametrize("corank", [1, 2, 3])
+def test_each_step_of_fixed_length_goes_against_the_gradient_alone_by_alpha(corank):
+    start = clustered("pa10", 3, 3)[0][0]
+    run = gradient_descent(chain("pa10"), corank, start, step=0.01, cluster=0.6, max_iterations=10)
     assert_allclose(np.diff(run.values, axis=0), -0.01 * run.gradients, atol=1e-14)
     for q, gradient in zip(run.values, run.gradients):
-        expected = rik.load("pa10").singular_value_gradients(q)[-1]
+        expected = rik.load("pa10").singular_value_gradients(q)[-corank]
         assert_allclose(gradient, expected, atol=1e-9)
-    assert (np.diff(run.s[:, -1]) < 0).all()
+    assert (np.diff(run.s[:, -corank]) < 0).all()
 
 
 def test_a_descent_tells_the_angles_between_its_gradients():

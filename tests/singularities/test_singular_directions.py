@@ -138,6 +138,12 @@ def test_a_turned_set_of_unit_vectors_is_found_again(rng):
         assert_allclose(sparse_basis(np.eye(6)[:, rows] @ turn), np.eye(6)[:, rows], atol=1e-9)
 
 
+@pytest.mark.parametrize("basis", [2 * np.eye(6)[:, :2], np.ones((6, 2)) / np.sqrt(6), np.eye(3)[:2], np.zeros((0, 2))])
+def test_a_basis_whose_columns_are_not_orthonormal_is_refused(basis):
+    with pytest.raises(rik.InputError, match="basis must"):
+        rik.sparse_basis(basis)
+
+
 def test_almarkhis_example_of_a_subspace_of_three():
     """Section 2.3: (.912 v_y, .410 w_z), (.912 v_z, −.410 w_y), w_x; the arm of Table 2 with a₇ = .45, d₇ = 0."""
     base = rik.load("pa10")
