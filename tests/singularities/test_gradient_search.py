@@ -107,9 +107,13 @@ def test_a_line_search_goes_downhill_along_the_line_and_tells_sigma_there(name, 
         np.sum(moved * downhill, axis=1), np.linalg.norm(moved, axis=1) * np.linalg.norm(downhill, axis=1), rtol=1e-6
     )
     assert np.abs(moved).max() <= 2 * 0.5 + 1e-9
-    uphill, same = least_along(chain(name), values[:3], corank, slope.weakest[:3, 0], np.zeros((3, values.shape[1])))
-    assert_array_equal(uphill, values[:3])
-    assert_array_equal(same, slope.weakest[:3, 0])
+    first = slope.weakest[:, 0]
+    for other in (-downhill, 0 * downhill):
+        there, least = least_along(chain(name), values, corank, first, other, search)
+        stays = (there == values).all(axis=1)
+        assert stays.sum() > 3
+        assert_array_equal(least[stays], first[stays])
+        assert (least[~stays] < first[~stays]).all()
 
 
 @pytest.mark.parametrize("search", ["exact", "nearest"])

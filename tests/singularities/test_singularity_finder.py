@@ -119,6 +119,38 @@ def test_the_residuals_derivative_is_that_of_frozen_vectors(name, corank, rng):
     assert_allclose(np.abs(at.vector[0]), np.abs((U2.T @ its.jacobian(q[0]) @ V2).ravel()), atol=1e-12)
 
 
+def test_of_more_rows_than_joints_the_residual_holds_all_left_vectors_without_a_motion(rng):
+    its, h = ScrewChain.of(rik.load("planar_3r").with_rows(("x", "y", "z", "wx", "wy", "wz"))), 1e-6
+    q = its.random(rng, 1)
+    for corank in (1, 2):
+        found = full_svd(its.jacobian(q))
+        U2, V2 = found.U[0, :, its.n - corank :], found.Vt[0, its.n - corank :].T
+        around = its.jacobian(q + h * np.vstack([np.eye(its.n), -np.eye(its.n)]))
+        r = np.swapaxes(U2.T @ around @ V2, 1, 2).reshape(2 * its.n, -1)
+        difference = (r[: its.n] - r[its.n :]) / (2 * h)
+        at = Residual.at(its, q, corank)
+        assert at.derivative.shape == (1, corank * (its.m - its.n + corank), its.n)
+        # The left vectors that no motion has are any basis: lengths do not hang on it.
+        assert_allclose(np.linalg.norm(at.derivative[0], axis=0), np.linalg.norm(difference, axis=1), atol=1e-7)
+        assert_allclose(np.linalg.norm(at.vector[0]), np.linalg.norm(U2.T @ its.jacobian(q[0]) @ V2), atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "name, corank", [("pa10", 2), ("ur5", 3), ("duleba_3r", 1), ("planar_3r", 2), ("planar_3r", 1)]
+)
+def test_the_residual_times_its_derivative_is_the_gradient_of_half_the_sum_of_squares(name, corank, rng):
+    every = ("x", "y", "z", "wx", "wy", "wz")
+    its = ScrewChain.of(rik.load(name).with_rows(every) if name == "planar_3r" else rik.load(name))
+    q, h = its.random(rng, 1), 1e-6
+    s = np.linalg.svd(its.jacobian(q + h * np.vstack([np.eye(its.n), -np.eye(its.n)])), compute_uv=False)
+    half = 0.5 * np.sum(s[:, s.shape[1] - corank :] ** 2, axis=1)
+    at = Residual.at(its, q, corank)
+    assert_allclose(at.derivative[0].T @ at.vector[0], (half[: its.n] - half[its.n :]) / (2 * h), atol=1e-7)
+    here = np.linalg.svd(its.jacobian(q[0]), compute_uv=False)
+    assert_allclose(at.norm, np.linalg.norm(here[len(here) - corank :]), rtol=1e-9)
+    assert_allclose(at.relative, at.norm / here[0], rtol=1e-9)
+
+
 def test_ranks_are_clear_away_from_small_values_only():
     rank, clear = ranks(np.array([np.diag([1.0, 0.5, 1e-12]), np.diag([1.0, 5e-3, 1e-5]), np.zeros((3, 3))]))
     assert_array_equal(rank, [2, 2, 0])
