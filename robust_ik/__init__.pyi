@@ -125,8 +125,13 @@ from robust_ik.simulation.scenario import Scenario as Scenario
 from robust_ik.simulation.scenarios import load_scenario as load_scenario
 from robust_ik.simulation.simulator import simulate as simulate
 from robust_ik.simulation.trajectory import Trajectory as Trajectory
+from robust_ik.singularities import Descent as Descent
+from robust_ik.singularities import SearchEnds as SearchEnds
 from robust_ik.singularities import SingularityAtlas as SingularityAtlas
 from robust_ik.singularities import Stratum as Stratum
 from robust_ik.singularities import find_singularities as find_singularities
+from robust_ik.singularities import gradient_descent as gradient_descent
+from robust_ik.singularities import gradient_search as gradient_search
+from robust_ik.singularities import sparse_basis as sparse_basis
 
 __version__: str

@@ -30,7 +30,7 @@ from benchmarks.claims.spread import Spread, spread
 from robust_ik.checks import Array
 from robust_ik.description.catalog import find
 from robust_ik.singularities.find.find_points import find_points
-from robust_ik.singularities.find.gradient_history import descend
+from robust_ik.singularities.find.gradient_history import gradient_descent
 from robust_ik.singularities.find.gradient_search import gradient_search
 from robust_ik.singularities.find.projection_search import SearchEnds, project
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
@@ -59,7 +59,7 @@ def followed(corank: int, start: int, step: float | None, most: int) -> dict[str
     """One descent, begun again a hair's breadth away: where the weakest two meet, turns of the gradient, its end."""
 
     def measure(begin: Array) -> dict[str, float]:
-        run = descend(chain(), corank, begin, step=step, most=most)
+        run = gradient_descent(chain(), corank, begin, step=step, max_iterations=most)
         near = run.weakest[:, 1] > 0.98 * run.weakest[:, 0]
         turns = np.degrees(run.turns)
         return {"met": int(np.argmax(near)), "turn": turns.max(), "mean": turns.mean(), "steps": len(run),
@@ -76,7 +76,7 @@ def descents() -> list[Claim]:
     rotated = followed(3, FIG_3, None, 200)
     begin = starts()[FIG_3]
     projected = spread(lambda q: float(project(chain(), 3, q[None]).tries[0]), begin)
-    alone = spread(lambda q: len(descend(chain(), 3, q, rotated=False)), begin)
+    alone = spread(lambda q: len(gradient_descent(chain(), 3, q, rotated=False)), begin)
     return [
         Claim(
             "Fig. 1: plain descent to corank 2", "σ5 ≈ σ6 near step 600, turns to 180°, about 3000 steps",

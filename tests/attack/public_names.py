@@ -36,7 +36,7 @@ RECORDS = {
     "SingularityAtlas", "WorkspaceMap", "Cells", "PairDistance", "IgnoredPair", "PoseSolver", "Robot", "CollisionLimit",
     "JointLimits", "Ablation", "Card", "Jump", "TrackingReport", "Comparison", "ProofLeaf", "LeafPlace", "Proof",
     "JointRelation",    "Box", "Sphere", "Cylinder", "Verdict", "DrawnRobot", "MissingMesh", "Certificate",
-    "Standstill",
+    "Standstill", "SearchEnds", "Descent",
 }  # fmt: skip
 """What the package makes and hands out; their constructors are for it alone."""
 
@@ -184,6 +184,7 @@ SAMPLES = {
     "status": lambda: rik.Status.TRACKING,
     "gain": lambda: np.array(1.0),
     "points": lambda: np.eye(3),
+    "basis": lambda: np.eye(6)[:, 3:],
 }
 OWN = {
     "PositionTask": {"target": lambda: np.array([0.3, 0.0, 0.5])},
@@ -215,6 +216,8 @@ OWN = {
     },
     "measure_bounds": {"robot": arm},
     "find_singularities": {"starts": lambda: 20, "certify": lambda: False},
+    "gradient_search": {"corank": lambda: 1, "starts": lambda: np.array([[0.3, 1.0], [1.0, -2.0]])},
+    "gradient_descent": {"corank": lambda: 1, "start": lambda: np.array([0.3, 1.0])},
     "map_workspace": {"count": lambda: 20},
     "certify": {"corank": lambda: 1, "time_limit": lambda: 5.0},
     "read_dh": {"path": lambda: scenario_robot()},

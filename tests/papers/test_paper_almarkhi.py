@@ -31,7 +31,7 @@ from robust_ik.description.catalog import find
 from robust_ik.display import descents_figure
 from robust_ik.kinematics.singular_value_gradients import closed_form_hessian
 from robust_ik.singularities.find.find_points import find_points
-from robust_ik.singularities.find.gradient_history import descend
+from robust_ik.singularities.find.gradient_history import gradient_descent
 from robust_ik.singularities.find.gradient_search import Slope, gradient_search
 from robust_ik.singularities.find.projection_search import project
 from robust_ik.singularities.find.rank_residual import Residual
@@ -117,12 +117,12 @@ def test_the_closed_form_takes_axes_and_arms_of_one_shape_only():
 # ------------------------------------------------------------------------------------------ figures 1 to 3
 @cache
 def plain():
-    return descend(chain(), 2, starts()[FIG_1[0]], step=FIG_1[1], most=1600)
+    return gradient_descent(chain(), 2, starts()[FIG_1[0]], step=FIG_1[1], max_iterations=1600)
 
 
 @cache
 def stuck():
-    return descend(chain(), 3, starts()[FIG_2[0]], step=FIG_2[1], most=1000)
+    return gradient_descent(chain(), 3, starts()[FIG_2[0]], step=FIG_2[1], max_iterations=1000)
 
 
 def test_figure_1_where_the_two_values_meet_the_gradient_turns_from_step_to_step():
@@ -145,7 +145,7 @@ def test_figure_2_where_three_values_are_near_the_gradient_turns_and_the_first_h
 
 
 def test_figure_3_rotating_clusters_saves_steps():
-    rotated, alone = (descend(chain(), 3, starts()[FIG_3], rotated=each) for each in (True, False))
+    rotated, alone = (gradient_descent(chain(), 3, starts()[FIG_3], rotated=each) for each in (True, False))
     assert rotated.converged
     assert 16 < len(rotated) < len(alone)
     assert rotated.weakest[-1, 0] <= 1e-6
@@ -155,7 +155,7 @@ def test_figure_3_rotating_clusters_saves_steps():
 
 def test_rotation_may_find_no_descent_where_there_is_one():
     """The entries of uₐᵀ(∂J/∂q)v_b beside the diagonal count as well; the projection gets on."""
-    run = descend(chain(), 3, starts()[FIG_2[0]])
+    run = gradient_descent(chain(), 3, starts()[FIG_2[0]])
     assert not run.converged
     assert len(run) < 20
     block = Slope.at(chain(), run.values[-1:], 3).block[0, :2, :2]
@@ -174,20 +174,20 @@ def test_rotation_may_find_no_descent_where_there_is_one():
 
 
 def test_descents_are_recorded_from_their_start_and_stop_at_epsilon():
-    run = descend(chain(), 1, starts()[0])
+    run = gradient_descent(chain(), 1, starts()[0])
     assert_allclose(run.values[0], starts()[0], atol=0)
     assert run.s.shape == (len(run) + 1, 6)
     assert run.converged
     assert (np.diff(run.weakest[:, 0]) < 0).all()
-    assert_allclose(descend(chain(), 1, run.values[-1]).values, run.values[-1:], atol=0)
+    assert_allclose(gradient_descent(chain(), 1, run.values[-1]).values, run.values[-1:], atol=0)
     with pytest.raises(rik.InputError, match="one configuration"):
-        descend(chain(), 1, starts()[:2])
+        gradient_descent(chain(), 1, starts()[:2])
     with pytest.raises(rik.InputError, match="step must be"):
-        descend(chain(), 1, starts()[0], step=0.0)
+        gradient_descent(chain(), 1, starts()[0], step=0.0)
 
 
 def test_the_figure_of_descents_has_two_panels_for_each():
-    runs = {"one": stuck(), "two": descend(chain(), 1, starts()[0])}
+    runs = {"one": stuck(), "two": gradient_descent(chain(), 1, starts()[0])}
     figure = descents_figure(runs)
     assert len(figure.axes) == 4
     assert [len(axes.lines) for axes in figure.axes] == [3, 2, 1, 1]  # the red ε where it was reached

@@ -9,7 +9,7 @@ import robust_ik as rik
 from robust_ik.singularities.lost_motion.axis_landmarks import Axes, landmarks
 from robust_ik.singularities.lost_motion.lost_motion import lost_motion
 from robust_ik.singularities.lost_motion.lost_motion_words import in_words
-from robust_ik.singularities.lost_motion.sparse_basis import sparse_basis
+from robust_ik.singularities.lost_motion.sparse_basis import _best_angles, sparse_basis
 from robust_ik.singularities.lost_motion.wrench_screw import WrenchScrew
 
 PI = np.pi
@@ -131,11 +131,28 @@ def test_a_sparse_basis_spans_the_same_space_and_does_not_hang_on_the_basis_give
         assert (sparse**4).sum() >= (basis**4).sum() - 1e-12
 
 
+def test_no_turn_of_two_columns_has_a_larger_sum_of_fourth_powers_than_the_best_one(rng):
+    x, y = rng.normal(size=(2, 20, 6))
+    every = np.linspace(0, np.pi / 2, 2001)[:, None, None]
+
+    def powers(angle):
+        c, s = np.cos(angle), np.sin(angle)
+        return np.sum((c * x + s * y) ** 4 + (c * y - s * x) ** 4, axis=-1)
+
+    assert (powers(_best_angles(x, y)[:, None]) >= powers(every).max(axis=0) - 1e-9).all()
+
+
 def test_a_turned_set_of_unit_vectors_is_found_again(rng):
     for _ in range(10):
         rows = np.sort(rng.choice(6, 3, replace=False))
         turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
         assert_allclose(sparse_basis(np.eye(6)[:, rows] @ turn), np.eye(6)[:, rows], atol=1e-9)
+
+
+@pytest.mark.parametrize("basis", [2 * np.eye(6)[:, :2], np.ones((6, 2)) / np.sqrt(6), np.eye(3)[:2], np.zeros((0, 2))])
+def test_a_basis_whose_columns_are_not_orthonormal_is_refused(basis):
+    with pytest.raises(rik.InputError, match="basis must"):
+        rik.sparse_basis(basis)
 
 
 def test_almarkhis_example_of_a_subspace_of_three():

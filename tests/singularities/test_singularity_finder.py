@@ -10,7 +10,7 @@ import robust_ik as rik
 from robust_ik.description.catalog import catalog
 from robust_ik.kinematics.svd import full_svd
 from robust_ik.singularities.find.find_points import find_points, local_dimensions, project
-from robust_ik.singularities.find.gradient_search import rotated_gradients
+from robust_ik.singularities.find.gradient_clusters import rotated_gradients
 from robust_ik.singularities.find.points_found import Points
 from robust_ik.singularities.find.rank_residual import Residual, coranks, ranks
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
@@ -117,6 +117,38 @@ def test_the_residuals_derivative_is_that_of_frozen_vectors(name, corank, rng):
     at = Residual.at(its, q, corank)
     assert_allclose(at.derivative[0].T, (r[: its.n] - r[its.n :]) / (2 * h), atol=1e-8)
     assert_allclose(np.abs(at.vector[0]), np.abs((U2.T @ its.jacobian(q[0]) @ V2).ravel()), atol=1e-12)
+
+
+def test_of_more_rows_than_joints_the_residual_holds_all_left_vectors_without_a_motion(rng):
+    its, h = ScrewChain.of(rik.load("planar_3r").with_rows(("x", "y", "z", "wx", "wy", "wz"))), 1e-6
+    q = its.random(rng, 1)
+    for corank in (1, 2):
+        found = full_svd(its.jacobian(q))
+        U2, V2 = found.U[0, :, its.n - corank :], found.Vt[0, its.n - corank :].T
+        around = its.jacobian(q + h * np.vstack([np.eye(its.n), -np.eye(its.n)]))
+        r = np.swapaxes(U2.T @ around @ V2, 1, 2).reshape(2 * its.n, -1)
+        difference = (r[: its.n] - r[its.n :]) / (2 * h)
+        at = Residual.at(its, q, corank)
+        assert at.derivative.shape == (1, corank * (its.m - its.n + corank), its.n)
+        # The left vectors that no motion has are any basis: lengths do not hang on it.
+        assert_allclose(np.linalg.norm(at.derivative[0], axis=0), np.linalg.norm(difference, axis=1), atol=1e-7)
+        assert_allclose(np.linalg.norm(at.vector[0]), np.linalg.norm(U2.T @ its.jacobian(q[0]) @ V2), atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "name, corank", [("pa10", 2), ("ur5", 3), ("duleba_3r", 1), ("planar_3r", 2), ("planar_3r", 1)]
+)
+def test_the_residual_times_its_derivative_is_the_gradient_of_half_the_sum_of_squares(name, corank, rng):
+    every = ("x", "y", "z", "wx", "wy", "wz")
+    its = ScrewChain.of(rik.load(name).with_rows(every) if name == "planar_3r" else rik.load(name))
+    q, h = its.random(rng, 1), 1e-6
+    s = np.linalg.svd(its.jacobian(q + h * np.vstack([np.eye(its.n), -np.eye(its.n)])), compute_uv=False)
+    half = 0.5 * np.sum(s[:, s.shape[1] - corank :] ** 2, axis=1)
+    at = Residual.at(its, q, corank)
+    assert_allclose(at.derivative[0].T @ at.vector[0], (half[: its.n] - half[its.n :]) / (2 * h), atol=1e-7)
+    here = np.linalg.svd(its.jacobian(q[0]), compute_uv=False)
+    assert_allclose(at.norm, np.linalg.norm(here[len(here) - corank :]), rtol=1e-9)
+    assert_allclose(at.relative, at.norm / here[0], rtol=1e-9)
 
 
 def test_ranks_are_clear_away_from_small_values_only():

@@ -1,7 +1,7 @@
-"""The search of the paper, as a baseline: steepest descent of σ_{m−k+1}, with rotated clusters. NumPy only.
+"""The search of the paper, as a baseline: steepest descent of σ_{m−k+1}, with rotated clusters. Arrays only.
 
-Two choices that the paper leaves open: σ within 2 % of each other are a cluster, and both one-dimensional searches, for
-a step's length and for γ, are over grids.
+What the paper leaves open are parameters of `gradient_search`: how near each other singular values are that count as a
+cluster, how the length of a step is searched for, and by what γ is chosen. Its defaults: 2 %, grids for both.
 
 Source: Almarkhi-Maciejewski, section 2.2, eqs. (11) to (14).
 """
@@ -9,36 +9,44 @@ Source: Almarkhi-Maciejewski, section 2.2, eqs. (11) to (14).
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from robust_ik.checks import Array
-from robust_ik.kinematics.svd import singular_values, svd
-from robust_ik.singularities.find.projection_search import LONGEST_STEP, TOLERANCE, SearchEnds, project
-from robust_ik.singularities.find.rank_residual import Indices, Residual
+from robust_ik.checks import Array, as_measures, checked_parameter
+from robust_ik.checks.public_arguments import check_type, checked
+from robust_ik.errors import InputError
+from robust_ik.kinematics.svd import svd
+from robust_ik.singularities.find.gradient_clusters import rotated_gradients, shortest_mean
+from robust_ik.singularities.find.line_search import SEARCHES, LineSearch, least_along, target_values
+from robust_ik.singularities.find.projection_search import TOLERANCE, SearchEnds, project
+from robust_ik.singularities.find.rank_residual import Indices, Residual, check_corank
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 
+if TYPE_CHECKING:
+    from robust_ik.robot.robot import Robot
+
+Combination = Literal["searched", "shortest"]
+COMBINATIONS = ("searched", "shortest")
+"""How gradients of a cluster become one: (13) with each γ tried, or the shortest mean that any φ and γ make."""
+
 STEPS = 200
-"""Most steps of a search. Chosen: where it succeeds, the median is up to 140 (docs/singularities.md)."""
+"""Most steps of a search. Chosen: where it succeeds, the median is up to 148 (docs/singularities.md)."""
 FOUND = 1e-6
 """σ_{m−k+1} that counts as zero, the paper's ε; below it the point is polished."""
 CLUSTER = 0.02
-"""Relative difference of singular values up to which they are a cluster."""
+"""Relative difference of singular values up to which they are a cluster.
+
+Chosen: the paper says "nearly equal"; docs/singularities.md has what more and less of it does.
+"""
 PATIENCE = 3
 """Steps without descent after which a search ends.
 
 Chosen: more take longer; the paper's claims are measured with 50.
 """
-COARSE = 2.0 ** np.arange(2, -14, -1)
-"""Lengths of steps to try, in units of the step that makes a linear σ zero."""
-FINE = np.linspace(0.55, 1.9, 10)
-"""Lengths to try next, in units of the best one."""
 GAMMAS = np.linspace(0.0, 1.0, 6)
 """The grid for γ of (13). Chosen: each value costs a line search; finer ones take longer."""
-ANGLES = np.linspace(0.0, np.pi / 2, 25)
-"""The grid for the rotation of two clustered vectors, rad: a quarter turn swaps them. Chosen: steps of 3.75°."""
-SWEEPS = 3
-"""Sweeps over all pairs of a cluster of three or more. Chosen: turns of one pair move the others, but less and less."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +55,7 @@ class Slope:
 
     Attributes:
         weakest: σ_{m−k+1} to σ_m, (N, k).
-        block: u_aᵀ (∂J/∂q) v_b of their vectors, (N, k, k, n): ∂σ/∂q on the diagonal.
+        block: u_aᵀ (∂J/∂q) v_b of their vectors, (N, k, k, n): ∂σ/∂q on the diagonal, eq. (7).
     """
 
     weakest: Array
@@ -63,43 +71,80 @@ class Slope:
             chain.contraction(values, found.U[..., chain.full_rank - corank :], right),
         )
 
-    @property
-    def cluster(self) -> Indices:
-        """How many singular values are near the target's, including itself, (N,)."""
-        near = self.weakest >= (1 - CLUSTER) * self.weakest[:, :1]
+    def clusters(self, tolerance: float) -> Indices:
+        """How many singular values are near the target's, including itself, (N,).
+
+        Args:
+            tolerance: Relative difference up to which they are near.
+        """
+        near = self.weakest >= (1 - tolerance) * self.weakest[:, :1]
         return np.asarray(np.sum(np.cumprod(near, axis=1), axis=1))
 
 
+@checked
 def gradient_search(
-    chain: ScrewChain,
+    robot: Robot | ScrewChain,
     corank: int,
-    starts: Array,
+    starts: ArrayLike,
     tolerance: float = TOLERANCE,
     *,
     rotated: bool = True,
+    cluster: float = CLUSTER,
+    combination: Combination = "searched",
+    line_search: LineSearch = "grid",
     patience: int = PATIENCE,
+    max_iterations: int = STEPS,
 ) -> SearchEnds:
-    """Steepest descent of σ_{m−k+1}; values below FOUND are polished to the tolerance.
+    """The ends of N descents of σ_{m−k+1} by the gradient method of the paper, for comparison.
+
+    `find_singularities` has a better method, which needs none of the parameters below. Joint limits play no part.
 
     Args:
-        chain: What moves the tip.
-        corank: k.
-        starts: Joint values, (N, n).
-        tolerance: ‖r‖/σ₁ that counts as zero.
-        rotated: Whether clusters are rotated and combined; otherwise the gradient is that of the arbitrary vectors of
-            the SVD.
-        patience: Steps without descent after which a search is given up.
+        robot: An arm with a tip; its rows, lengths in metres. Or a `ScrewChain` of it, with rows and a unit of its own.
+        corank: k, from 1 to the least of the numbers of rows and joints.
+        starts: Joint values (`Robot.joint_values`), rad or m, (N, n).
+        tolerance: ‖r‖/σ₁ that counts as zero, r being the k smallest singular values. Ends with σ_{m−k+1} below 1e-6,
+            the paper's ε, are polished to it.
+        rotated: Whether clusters are rotated and combined, eqs. (12) to (14); otherwise the gradient is that of the
+            arbitrary vectors of the SVD, eq. (10).
+        cluster: Relative difference of singular values up to which they are a cluster, from 0 to less than 1.
+        combination: How the gradients of a cluster become one. "searched": rotated by (14), then by (13) with the γ
+            from which a line search leads to the least σ_{m−k+1}. "shortest": the shortest one that any φ of (12) with
+            any γ of (13) makes, against which all of a cluster fall fastest, to first order.
+        line_search: How α of (11) is chosen. "grid": the best of a grid. "exact": the minimiser around the grid's best,
+            by golden section. "nearest": the first minimiser on the way.
+        patience: Steps that lower σ_{m−k+1} by less than a thousandth after which a search is given up.
+        max_iterations: Most steps.
+
+    Returns:
+        Joint values, whether each converged, and its steps.
+
+    Raises:
+        TipError: The robot was loaded whole, without a tip.
+        InputError: The robot cannot have this corank, or a parameter is out of range.
+
+    Source: Almarkhi-Maciejewski, section 2.2, eqs. (11) to (14). Line search, cluster tolerance and choice of γ are
+    not told there.
     """
-    values = starts.copy()
-    target = _targets(chain, values, corank)
+    chain = chain_of(robot)
+    check_corank(chain, corank)
+    values = _starts(chain, starts)
+    tolerance = checked_parameter("tolerance", tolerance, above=0)
+    reading = checked_reading(rotated, cluster, combination, line_search)
+    for name, count in (("patience", patience), ("max_iterations", max_iterations)):
+        if count < 1:
+            raise InputError(f"{name} must be at least 1, got {count}")
+    target = target_values(chain, values, corank)
     idle, tries = np.zeros((2, len(values)), dtype=int)
-    for _ in range(STEPS):
+    for _ in range(max_iterations):
         active = np.flatnonzero((target > FOUND) & (idle < patience))
         if active.size == 0:
             break
         slope = Slope.at(chain, values[active], corank)
-        along = directions(chain, values[active], slope, rotated=rotated)
-        values[active], lower = line_search(chain, values[active], corank, slope.weakest[:, 0], along)
+        along = directions(chain, values[active], slope, reading)
+        values[active], lower = least_along(
+            chain, values[active], corank, slope.weakest[:, 0], along, reading.line_search
+        )
         idle[active] = np.where(lower < 0.999 * target[active], 0, idle[active] + 1)
         target[active] = lower
         tries[active] += 1
@@ -110,75 +155,72 @@ def gradient_search(
     return ended
 
 
-def _targets(chain: ScrewChain, values: Array, corank: int) -> Array:
-    """σ_{m−k+1}, (..., n) → (...)."""
-    return np.asarray(singular_values(chain.jacobian(values))[..., chain.full_rank - corank])
+@dataclass(frozen=True)
+class Reading:
+    """What the paper leaves open, decided; the attributes are parameters of `gradient_search`."""
+
+    rotated: bool = True
+    cluster: float = CLUSTER
+    combination: Combination = "searched"
+    line_search: LineSearch = "grid"
 
 
-def directions(chain: ScrewChain, values: Array, slope: Slope, *, rotated: bool = True) -> Array:
+def checked_reading(rotated: bool, cluster: float, combination: str, line_search: str) -> Reading:
+    """The reading that these parameters describe.
+
+    Raises:
+        InputError: The tolerance is not in [0, 1), or there is no such combination or line search.
+    """
+    cluster = checked_parameter("cluster", cluster, least=0, below=1)
+    for name, given, known in (
+        ("combination", combination, COMBINATIONS),
+        ("line_search", line_search, SEARCHES),
+    ):
+        if not isinstance(given, str) or given not in known:
+            raise InputError(f"{name} must be one of {', '.join(map(repr, known))}, got {given!r}")
+    return Reading(bool(rotated), cluster, combination, line_search)  # type: ignore[arg-type]
+
+
+def chain_of(robot: Robot | ScrewChain) -> ScrewChain:
+    """The chain that moves a robot's tip, lengths in metres; a chain is its own.
+
+    Raises:
+        TipError: The robot was loaded whole, without a tip.
+        InputError: It is neither.
+    """
+    if isinstance(robot, ScrewChain):
+        return robot
+    check_type("robot", robot, "Robot")
+    return ScrewChain.of(robot)
+
+
+def _starts(chain: ScrewChain, starts: ArrayLike) -> Array:
+    """A copy of the starts as joint values, (N, n).
+
+    Raises:
+        InputError: They have another shape.
+    """
+    given = as_measures(starts, "starts", (None, chain.n))
+    if given.ndim != 2:
+        raise InputError(f"starts must have shape (N, {chain.n}), got {given.shape}")
+    return np.array(given)
+
+
+def directions(chain: ScrewChain, values: Array, slope: Slope, reading: Reading) -> Array:
     """The gradient in eq. (11) at each of the values: ∂σ_{m−k+1}/∂q, within clusters eq. (13), (N, n)."""
     corank = slope.weakest.shape[1]
     chosen = slope.block[:, 0, 0].copy()
-    clusters = slope.cluster
-    for size in range(2, corank + 1 if rotated else 0):
+    clusters = slope.clusters(reading.cluster)
+    for size in range(2, corank + 1 if reading.rotated else 0):
         which = np.flatnonzero(clusters == size)
-        if which.size:
-            gradients = rotated_gradients(slope.block[which, :size, :size])
-            chosen[which] = _combined(chain, values[which], corank, slope.weakest[which, 0], gradients)
+        if which.size == 0:
+            continue
+        block = slope.block[which, :size, :size]
+        if reading.combination == "shortest":
+            chosen[which] = shortest_mean(block)
+        else:
+            chosen[which] = _combined(chain, values[which], corank, slope.weakest[which, 0], rotated_gradients(block))
     return chosen
-
-
-def line_search(
-    chain: ScrewChain, values: Array, corank: int, sigma: Array, directions: Array, *, refine: bool = True
-) -> tuple[Array, Array]:
-    """The points along −directions with the least σ_{m−k+1}, and its values there; no step if it falls nowhere."""
-    squared = np.sum(directions**2, axis=1)
-    unit = directions * (sigma / np.where(squared > 0, squared, 1.0))[:, None]
-    longest = np.abs(unit).max(axis=1, keepdims=True)
-    unit = unit * (LONGEST_STEP / COARSE[0] / np.maximum(longest, LONGEST_STEP / COARSE[0]))
-    lengths = np.broadcast_to(COARSE, (len(values), len(COARSE)))
-    best, least, everything = values, sigma, np.arange(len(values))
-    for _ in range(1 + refine):
-        trials = values[:, None] - lengths[..., None] * unit[:, None]
-        found = _targets(chain, trials, corank)
-        first = np.argmin(found, axis=1)
-        better = found[everything, first] < least
-        best = np.where(better[:, None], trials[everything, first], best)
-        least = np.where(better, found[everything, first], least)
-        lengths = lengths[everything, first][:, None] * FINE
-    return best, least
-
-
-def rotated_gradients(block: Array) -> Array:
-    """The gradients of clustered singular values, in the bases in which their directions agree best.
-
-    Pairs (u, v) are rotated by eq. (12), plane by plane, to the least sum of angles, eq. (14).
-
-    Args:
-        block: u_aᵀ (∂J/∂q) v_b within the clusters, (N, c, c, n).
-
-    Returns:
-        (N, c, n).
-    """
-    block = block.copy()
-    size = block.shape[1]
-    for _ in range(1 if size == 2 else SWEEPS):
-        for a in range(size):
-            for b in range(a + 1, size):
-                block = _turned(block, a, b)
-    return np.asarray(np.einsum("naak->nak", block))
-
-
-def _turned(block: Array, a: int, b: int) -> Array:
-    """The blocks (N, c, c, n) after the best rotation of ANGLES in the plane of pairs a and b."""
-    turn = np.broadcast_to(np.eye(block.shape[1]), (len(ANGLES), block.shape[1], block.shape[1])).copy()
-    turn[:, a, a] = turn[:, b, b] = np.cos(ANGLES)
-    turn[:, a, b], turn[:, b, a] = np.sin(ANGLES), -np.sin(ANGLES)
-    turned = np.einsum("pac,ncdk,pbd->npabk", turn, block, turn, optimize=True)
-    gradients = np.einsum("npaak->npak", turned)
-    unit = gradients / np.maximum(np.linalg.norm(gradients, axis=-1, keepdims=True), 1e-300)
-    angles = np.arccos(np.clip(unit @ np.swapaxes(unit, -1, -2), -1.0, 1.0))
-    return np.asarray(turned[np.arange(len(block)), np.argmin(angles.sum(axis=(-2, -1)), axis=1)])
 
 
 def _combined(chain: ScrewChain, values: Array, corank: int, sigma: Array, gradients: Array) -> Array:
@@ -186,6 +228,6 @@ def _combined(chain: ScrewChain, values: Array, corank: int, sigma: Array, gradi
     direction = gradients[:, 0]
     for other in np.moveaxis(gradients[:, 1:], 1, 0):
         tried = [gamma * direction + (1 - gamma) * other for gamma in GAMMAS]
-        least = [line_search(chain, values, corank, sigma, each, refine=False)[1] for each in tried]
+        least = [least_along(chain, values, corank, sigma, each, None)[1] for each in tried]
         direction = np.stack(tried)[np.argmin(least, axis=0), np.arange(len(values))]
     return np.asarray(direction)
