@@ -375,17 +375,18 @@ class Robot:
                 f"{self.name} was loaded whole, without a tip: name a frame; its leaves are "
                 + listed(self.description.leaves)
             )
-        return self._pinocchio.index(name, self.name)
+        return self._pinocchio.index(name, self.name, self.description)
 
     # -------------------------------------------------------------------------------------------- inverse kinematics
     @cached_property
     def size(self) -> float:
         """The distance that the links from the first axis to the tip span, m; 0 if no joint moves the tip's point.
 
-        Sliding joints are taken as close to zero as their limits allow; their travel counts only if the links alone are
-        shorter than a metre. For a whole tree it is the size of the limb with the longest offsets.
+        Slides are taken as close to zero as their limits allow; their travel counts only if the links are short of a
+        metre, that of mobile bases never. For a whole tree it is the size of the limb with the longest offsets.
         """
-        return find_size(self._longest_chain, self.lower, self.upper)
+        held = [self.description.joint[name].part_of != "" for name in self.joint_names]
+        return find_size(self._longest_chain, np.where(held, 0.0, self.lower), np.where(held, 0.0, self.upper))
 
     @cached_property
     def length_scale(self) -> float:
