@@ -38,7 +38,7 @@ Reference = Literal["local", "world", "local_world_aligned"]
 
 @dataclass(frozen=True, eq=False)
 class Robot:
-    """A fixed-base arm or tree whose kinematics are functions of q.
+    """An arm or a tree, on a base that may move, whose kinematics are functions of q.
 
     It has two parts: a Pinocchio model, and a map from its independent joints to the joints of the model. Pinocchio
     computes single configurations. For many at once, compiled kernels work with constants of the model (`chain`); their
@@ -52,8 +52,7 @@ class Robot:
         lower: Lower limits of the n joints, rad or m; −∞ if not stated.
         upper: Upper limits of the n joints, rad or m; +∞ if not stated.
         velocity_limit: Speed limits of the n joints, rad/s or m/s; +∞ if not stated.
-        rest: A start configuration, (nq,): the catalogue's, else zero moved inside the limits, with a few joints bent
-            if the tip has lost a motion there.
+        rest: A start configuration, (nq,): the catalogue's, else zero within the limits, bent where a motion is lost.
         guess: Why this tip was chosen, if none was given and the choice is not clear; else empty.
     """
 
@@ -227,9 +226,9 @@ class Robot:
     def random(self, rng: np.random.Generator, size: int | tuple[int, ...] = ()) -> Array:
         """Uniform random configurations inside the limits, (*size, nq).
 
-        Without stated limits: a full turn for a revolute joint, 2 m for a prismatic one.
+        Without stated limits: a full turn for a revolute joint, twice `length_scale` for a prismatic one.
         """
-        return self._joints.random(rng, size, self.lower, self.upper)
+        return self._joints.random(rng, size, self.lower, self.upper, self.length_scale)
 
     def integrate(self, q: ArrayLike, dq: ArrayLike) -> Array:
         """Q ⊕ dq on the manifold: (..., nq) and (..., n) → (..., nq), leading axes broadcast."""
