@@ -81,3 +81,14 @@ def test_a_compiled_loop_makes_the_steps_of_the_controller(rng):
         v = loop.step(q)
         assert_allclose(v, each, atol=1e-9)
         q = robot.integrate(q, DT * v)
+
+
+@pytest.mark.parametrize("kind, pairs", [("planar", 0), ("floating", 1)])
+def test_what_drives_on_a_floor_touches_it_and_what_floats_above_may_not(kind, pairs):
+    """A floor, and a box that the joint moves; as the arm of a robot they would be neighbours, which may touch."""
+    box = '<link name="{}"><collision><geometry><box size="1 1 1"/></geometry></collision></link>'
+    text = f'''<robot name="r">{box.format("floor")}{box.format("car")}<joint name="base" type="{kind}">
+        <parent link="floor"/><child link="car"/><origin xyz="0 0 2"/><axis xyz="0 0 1"/></joint></robot>'''
+    limit = rik.CollisionLimit.of(rik.Robot.from_description(parse_urdf(text)))
+    assert len(limit.pairs) == pairs
+    assert [each.reason for each in limit.ignored] == ["adjacent"] * (1 - pairs)
