@@ -98,7 +98,7 @@ def to_plain(atlas: AtlasRecord) -> dict[str, Any]:
         "tool": facts.tool.tolist(),
         "exact": None if facts.exact is None else json.loads(Proof(facts.exact, 1).to_json()),
         "inexact": facts.inexact,
-    }
+    } | ({"floating": list(facts.floating)} if facts.floating else {})
     return {
         "format": FORMAT,
         "version": VERSION,
@@ -126,6 +126,7 @@ def from_plain(data: dict[str, Any]) -> AtlasRecord:
             "given": chain if robot["given"] is None else _read_chain(robot["given"]),
             "changes": tuple(str(each) for each in robot["changes"]),
             "tool": _array(robot["tool"]),
+            "floating": tuple(robot.get("floating", ())),
             "exact": None if robot["exact"] is None else Proof.from_json(json.dumps(robot["exact"])).arm,
         }
     )

@@ -15,6 +15,7 @@ from robust_ik.runtime.progress import ProgressCallback
 from robust_ik.singularities.atlas.atlas_record import AtlasRecord
 from robust_ik.singularities.atlas.corank_search import CorankSearch, judged
 from robust_ik.singularities.atlas.evidence import Completeness, Evidence
+from robust_ik.singularities.atlas.floating_base import never_singular
 from robust_ik.singularities.atlas.search_pieces import CHUNK
 from robust_ik.singularities.atlas.search_state import SearchState, Tally, state_of
 from robust_ik.singularities.families.stratum import Stratum
@@ -37,6 +38,9 @@ def extend(
 def searched(state: SearchState, starts: int, progress: ProgressCallback | None) -> AtlasRecord:
     """The record after these starts for each corank, or after Ctrl-C."""
     interrupted = False
+    if never := never_singular(state.facts, state.settings.corank):
+        Tally(progress).reach(1)
+        return AtlasRecord(state.facts, (), never, state.settings)
     try:
         _search(state, starts, progress)
     except KeyboardInterrupt:

@@ -50,6 +50,7 @@ class RobotFacts:
         exact: The chain in rational numbers, for proofs; None if that is not possible.
         inexact: Why it is not.
         length_scale: Length by which linear rows are divided where σ is told, m.
+        floating: The six joints that a floating joint in front of the tip is taken as; empty without one.
     """
 
     name: str
@@ -67,6 +68,7 @@ class RobotFacts:
     exact: Arm | None = None
     inexact: str = ""
     length_scale: float = 1.0
+    floating: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "lower", readonly(self.lower))
@@ -113,6 +115,7 @@ class RobotFacts:
             exact=exact,
             inexact=inexact,
             length_scale=told,
+            floating=robot.description.floating(str(robot.tip)),
         )
 
     def values(self, q: ArrayLike) -> Array:
@@ -175,7 +178,7 @@ def jacobians_apart(chain: ScrewChain, arm: Arm) -> float:
 
 
 def _table(robot: Robot) -> DHTable | None:
-    """The DH table of a robot of the catalogue, if it comes from one."""
+    """The DH table of a robot of the catalogue, if it comes from one; on a base that moves, the arm's."""
     entry = catalog().get(robot.name)
     if entry is None or entry.path.suffix != ".toml":
         return None
@@ -183,4 +186,5 @@ def _table(robot: Robot) -> DHTable | None:
         table = read_dh(entry.path)
     except LoadError:
         return None
-    return table if table.joint_names == robot.joint_names else None
+    own = tuple(name for name in robot.joint_names if not robot.description.joint[name].part_of)
+    return table if table.joint_names == own else None
