@@ -9,6 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import robust_ik as rik
+from robust_ik.description.catalog import catalog
 from robust_ik.description.urdf import parse_urdf
 from robust_ik.description.urdf.mobile_joints import MOST_PITCH, plane_axes
 from robust_ik.robot.reach import find_reach
@@ -200,6 +201,21 @@ def test_what_the_added_base_is_written_as_is_read_as_the_same_robot(rng):
     assert_allclose(again.upper, robot.upper)
     q = robot.random(rng)
     assert_allclose(again.pose(q), robot.pose(q), atol=EXACT)
+
+
+@pytest.mark.parametrize("name", ["g1", "g1_with_hands"])
+def test_the_floating_base_that_a_humanoids_file_has_in_a_comment_is_read(name, rng):
+    text = catalog()[name].path.read_text()
+    assert text.count("<!-- <link name=") == 1
+    whole = text.replace("<!-- <link name=", "<link name=").replace("</joint> -->", "</joint>")
+    fixed, robot = (rik.Robot.from_description(parse_urdf(each), "left_wrist_yaw_link") for each in (text, whole))
+    parts = tuple(f"floating_base_joint_{each}" for each in ("x", "y", "z", "yaw", "pitch", "roll"))
+    assert robot.joint_names == (*parts, *fixed.joint_names)
+    values = rng.uniform(-1, 1, robot.n)
+    moved = np.eye(4)
+    moved[:3, :3], moved[:3, 3] = pin.rpy.rpyToMatrix(*values[5:2:-1]), values[:3]
+    q = fixed.configuration(values[6:])
+    assert_allclose(robot.pose(robot.configuration(values)), moved @ fixed.pose(q), atol=EXACT)
 
 
 # -------------------------------------------------------------------------------------------------- size and samples
