@@ -73,5 +73,5 @@ def check_base(base: str) -> None:
     Raises:
         InputError: There is none.
     """
-    if base not in get_args(Base):
+    if not isinstance(base, str) or base not in get_args(Base):
         raise InputError(f"base must be 'fixed', 'planar' or 'floating', got {reprlib.repr(base)}")
