@@ -183,11 +183,12 @@ def test_a_joint_cannot_follow_all_of_a_planar_joint_but_one_of_its_parts():
     assert_allclose(robot.jacobian(q)[3:, 2], [2 * np.cos(0.4), 2 * np.sin(0.4), 1], atol=1e-15)
 
 
-def test_a_planar_joint_that_mimics_is_free_and_a_note_says_so():
-    arm = joint("arm", "revolute", "b", "c")
-    robot = robot_of(joint("base", "planar", "a", "b", '<axis xyz="0 0 1"/><mimic joint="arm"/>'), arm, links="abc")
-    assert robot.n == 4
-    assert any("is planar, so that it cannot mimic a joint: it is free" in note for note in robot.notes)
+@pytest.mark.parametrize("kind", ["planar", "floating"])
+@pytest.mark.parametrize("follows", ['joint="arm"', 'joint="base"', "", 'joint="arm" multiplier="two"'])
+def test_such_a_joint_that_mimics_is_free_and_a_note_says_so(kind, follows):
+    robot = on(kind, f'<axis xyz="0 0 1"/><mimic {follows}/>')
+    assert robot.n == 1 + (3 if kind == "planar" else 6)
+    assert any(f"is {kind}, so that it cannot mimic a joint: it is free" in note for note in robot.notes)
 
 
 def test_a_planar_joint_without_a_readable_axis_is_refused_where_it_is_needed():

@@ -85,16 +85,25 @@ def test_positions_and_chosen_rows_are_reached_far_away():
     assert robot.solve_pose(target, rows=("x", "y", "wz")).solved
 
 
+@pytest.mark.parametrize("given", [list, np.array])
 @pytest.mark.parametrize("bad", [np.nan, np.inf, 1e300, "far"])
-def test_targets_and_starts_that_cannot_be_are_refused_as_for_any_robot(bad):
+def test_targets_and_starts_that_cannot_be_are_refused_as_for_any_robot(bad, given):
     robot = rik.load("ur5", base="planar")
     target, q0 = robot.pose(robot.rest).tolist(), robot.rest.tolist()
-    target[0][3] = bad
+    target[0][3] = q0[0] = bad
     with pytest.raises(rik.InputError, match="target"):
-        robot.solve_pose(target)
-    q0[0] = bad
+        robot.solve_pose(given(target))
     with pytest.raises(rik.InputError, match="q0"):
-        robot.solve_pose(robot.pose(robot.rest), q0)
+        robot.solve_pose(robot.pose(robot.rest), given(q0))
+
+
+def test_a_target_and_a_start_of_whole_numbers_are_taken():
+    robot = rik.load("ur5", base="planar")
+    target = np.eye(4, dtype=int)
+    target[0, 3] = 70
+    found = robot.solve_pose(target, np.round(robot.neutral).astype(int))
+    assert found.solved
+    assert_allclose(robot.pose(found.q), target, atol=1e-7)
 
 
 def slides_of(robot: Robot):
