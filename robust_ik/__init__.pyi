@@ -116,6 +116,7 @@ from robust_ik.pose_ik import PoseResults as PoseResults
 from robust_ik.pose_ik import PoseSolver as PoseSolver
 from robust_ik.pose_ik import PoseStatus as PoseStatus
 from robust_ik.robot.loading import load as load
+from robust_ik.robot.mobile_base import on_base as on_base
 from robust_ik.robot.robot import Robot as Robot
 from robust_ik.robot.workspace_map import Cells as Cells
 from robust_ik.robot.workspace_map import WorkspaceMap as WorkspaceMap

@@ -10,6 +10,7 @@ import typer
 
 from robust_ik.cli.choice import class_of
 from robust_ik.cli.shared import (
+    BaseOption,
     PackageDirOption,
     ReachOption,
     RobotArgument,
@@ -19,7 +20,7 @@ from robust_ik.cli.shared import (
     console,
     errors,
     file_name,
-    xacro_arguments,
+    load_robot,
 )
 from robust_ik.errors.safe_text import in_markup
 
@@ -49,15 +50,15 @@ def demo(
     reach: ReachOption = False,
     package_dir: PackageDirOption = None,
     xacro_arg: XacroOption = None,
+    base: BaseOption = "fixed",
 ) -> None:
     """Reach beyond the arm's reach and come back, with each method; write the animation as one HTML file."""
     from robust_ik.cli import terminal_tables
-    from robust_ik.robot.loading import load
     from robust_ik.simulation.scenarios import stretch, with_reach
 
     chosen = _methods(method)
     check_results(output=output)
-    arm = load(robot, tip, package_dirs=package_dir or (), xacro_args=xacro_arguments(xacro_arg))
+    arm = load_robot(robot, tip, package_dir, xacro_arg, base)
     path = output or Path(f"robust-ik-demo-{file_name(arm.name)}.html")
     if output is None:
         check_results(output=path)

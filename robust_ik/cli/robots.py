@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from robust_ik.cli.shared import (
+    BaseOption,
     PackageDirOption,
     RobotArgument,
     TipOption,
     XacroOption,
     check_results,
     console,
+    load_robot,
     say_written,
-    xacro_arguments,
 )
 from robust_ik.errors import InputError, RobustIKError, TipError
 from robust_ik.errors.safe_text import in_markup, visible
@@ -57,13 +58,16 @@ def _joints_and_tip(entry: Entry) -> tuple[str, str]:
 
 
 def info(
-    robot: RobotArgument, tip: TipOption = None, package_dir: PackageDirOption = None, xacro_arg: XacroOption = None
+    robot: RobotArgument,
+    tip: TipOption = None,
+    package_dir: PackageDirOption = None,
+    xacro_arg: XacroOption = None,
+    base: BaseOption = "fixed",
 ) -> None:
     """Print the chain, limits, tips, σ and manipulability at rest, and the reach."""
     from robust_ik.cli import terminal_tables
-    from robust_ik.robot.loading import load
 
-    arm = load(robot, tip, package_dirs=package_dir or (), xacro_args=xacro_arguments(xacro_arg))
+    arm = load_robot(robot, tip, package_dir, xacro_arg, base)
     console.print(f"[bold]{in_markup(arm.name)}[/]")
     console.print(terminal_tables.facts(arm))
     console.print(terminal_tables.joints(arm))
@@ -75,16 +79,15 @@ def export(
     force: Annotated[bool, typer.Option("--force", help="Overwrite the file if it exists.")] = False,
     package_dir: PackageDirOption = None,
     xacro_arg: XacroOption = None,
+    base: BaseOption = "fixed",
 ) -> None:
     """Write a robot as URDF that other tools read; a DH table becomes links, joints and simple shapes."""
     import numpy as np
 
-    from robust_ik.robot.loading import load
-
     check_results(output=output)
     if check_output(output).overwrites and not force:
         raise InputError(f"{str(output)!r} exists; --force overwrites it")
-    arm = load(robot, package_dirs=package_dir or (), xacro_args=xacro_arguments(xacro_arg), whole_tree=True)
+    arm = load_robot(robot, None, package_dir, xacro_arg, base, whole_tree=True)
     say_written(write_file(output, arm.description.xml))
     if arm.tip == "tool" and not np.isfinite([arm.lower, arm.upper, arm.velocity_limit]).all():
         console.print("What a DH table does not state, a URDF must: a full turn for limits, 1000 for speed and effort.")

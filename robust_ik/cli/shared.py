@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 from rich.console import Console
@@ -13,6 +13,10 @@ from robust_ik.errors import InputError, cut
 from robust_ik.errors.safe_text import in_markup
 from robust_ik.runtime.files import checked_folders
 from robust_ik.runtime.output_files import check_figure, check_outputs
+
+if TYPE_CHECKING:
+    from robust_ik.robot.mobile_base import Base
+    from robust_ik.robot.robot import Robot
 
 console = Console(emoji=False)
 errors = Console(stderr=True, emoji=False)
@@ -28,6 +32,10 @@ TipOption = Annotated[
 XacroOption = Annotated[
     list[str] | None,
     typer.Option("--xacro-arg", metavar="NAME:=VALUE", help="An argument of a .xacro file. Repeatable."),
+]
+BaseOption = Annotated[
+    str,
+    typer.Option("--base", metavar="BASE", help="Put it on a base that moves: planar or floating. Default: fixed."),
 ]
 PackageDirOption = Annotated[
     list[Path] | None,
@@ -98,6 +106,28 @@ def xacro_arguments(given: list[str] | None) -> dict[str, object]:
             raise InputError(f"--xacro-arg takes NAME:=VALUE, got {cut(each, 200)!r}")
         found[name.removesuffix(":")] = value
     return found
+
+
+def load_robot(
+    robot: str,
+    tip: str | None,
+    package_dir: list[Path] | None,
+    xacro_arg: list[str] | None,
+    base: str,
+    *,
+    whole_tree: bool = False,
+) -> Robot:
+    """The robot that the options of a command describe."""
+    from robust_ik.robot.loading import load
+
+    return load(
+        robot,
+        tip,
+        package_dirs=package_dir or (),
+        xacro_args=xacro_arguments(xacro_arg),
+        base=cast("Base", base),
+        whole_tree=whole_tree,
+    )
 
 
 def file_name(name: str) -> str:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from robust_ik.cli.shared import (
+    BaseOption,
     PackageDirOption,
     RobotArgument,
     TipOption,
@@ -16,8 +17,8 @@ from robust_ik.cli.shared import (
     check_results,
     console,
     errors,
+    load_robot,
     say_written,
-    xacro_arguments,
 )
 from robust_ik.errors import InputError
 from robust_ik.errors.safe_text import in_markup
@@ -54,16 +55,16 @@ def singularities(
     workers: WorkersOption = 1,
     package_dir: PackageDirOption = None,
     xacro_arg: XacroOption = None,
+    base: BaseOption = "fixed",
 ) -> None:
     """Find every family of singular configurations: conditions, dimension, limits, what is lost, how sure that is."""
-    from robust_ik.robot.loading import load
     from robust_ik.runtime.parallel import process_pool
     from robust_ik.singularities import find_singularities  # takes half a second to import: only if needed
 
     if markdown and latex:
         raise InputError("choose one of --markdown and --latex")
     check_results(json=json, html=html)
-    arm = load(robot, tip, package_dirs=package_dir or (), xacro_args=xacro_arguments(xacro_arg))
+    arm = load_robot(robot, tip, package_dir, xacro_arg, base)
     with process_pool(workers) as pool, progress_bar(f"searching {arm.name}") as told:
         atlas = find_singularities(
             arm, corank, starts=starts, rng=seed, snap=snap, certify=certify, executor=pool, progress=told
@@ -96,13 +97,13 @@ def certify(
     time_limit: Annotated[float, typer.Option("--time-limit", help="Seconds for each corank.")] = 60.0,
     package_dir: PackageDirOption = None,
     xacro_arg: XacroOption = None,
+    base: BaseOption = "fixed",
 ) -> None:
     """Prove where an arm is singular, exactly and completely, and have the proofs checked."""
     from robust_ik import certificates  # imports computer algebra: only if needed
-    from robust_ik.robot.loading import load
 
     check_results(output=output)
-    arm = load(robot, tip, package_dirs=package_dir or (), xacro_args=xacro_arguments(xacro_arg))
+    arm = load_robot(robot, tip, package_dir, xacro_arg, base)
     proofs: list[Proof] = []
     for each in range(1, min(len(arm.rows), arm.n) + 1) if corank is None else [corank]:
         with console.status(f"splitting cases of corank {each} …"):

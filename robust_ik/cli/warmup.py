@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from robust_ik.cli.shared import PackageDirOption, TipOption, XacroOption, console, errors, xacro_arguments
+from robust_ik.cli.shared import BaseOption, PackageDirOption, TipOption, XacroOption, console, errors, load_robot
 
 
 def warmup(
@@ -17,18 +17,14 @@ def warmup(
     tip: TipOption = None,
     package_dir: PackageDirOption = None,
     xacro_arg: XacroOption = None,
+    base: BaseOption = "fixed",
 ) -> None:
     """Compile what control loops, pose solvers and searches run, once on this machine; later it is read from disk."""
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
     from robust_ik.control.compiled_step import warmup as compile_ahead
-    from robust_ik.robot.loading import load
 
-    arm = (
-        None
-        if robot is None
-        else load(robot, tip, package_dirs=package_dir or (), xacro_args=xacro_arguments(xacro_arg))
-    )
+    arm = None if robot is None else load_robot(robot, tip, package_dir, xacro_arg, base)
     columns = (
         SpinnerColumn(),
         TextColumn("{task.description}"),

@@ -11,6 +11,8 @@ from robust_ik.checks import Array
 from robust_ik.errors import FrameNotFoundError, suggest
 
 MOVING_TYPES = ("revolute", "continuous", "prismatic")
+FREEDOM = 6
+"""How many joints a floating joint is taken as: one for each way in which a body moves."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,7 @@ class Joint:
         mimic: The joint that it follows, or None for an independent joint.
         problem: Why it cannot move as written in the file; empty if it can.
         length: Distance of its origin from its parent's, m.
+        part_of: The planar or floating joint of the file that it is a part of; empty for any other.
     """
 
     name: str
@@ -49,6 +52,7 @@ class Joint:
     mimic: Mimic | None = None
     problem: str = ""
     length: float = 0.0
+    part_of: str = ""
 
 
 @dataclass(frozen=True)
@@ -174,8 +178,14 @@ class Description:
         if frame in self.joint:
             return self.joint[frame].child
         raise FrameNotFoundError(
-            f"{self.name} has no link or joint {frame!r}; {suggest(str(frame), [*self.links, *self.joint])}"
+            f"{self.name} has no link or joint {frame!r}; {self.taken_as(frame)}"
+            f"{suggest(str(frame), [*self.links, *self.joint])}"
         )
+
+    def taken_as(self, name: object) -> str:
+        """What a planar or floating joint of the file is taken as, for a message; empty for any other name."""
+        parts = self.parts.get(name) if isinstance(name, str) else None
+        return f"in the file it moves in {len(parts)} ways and is taken as {', '.join(parts)}; " if parts else ""
 
     def chain(self, frame: str) -> tuple[Joint, ...]:
         """The joints from the root to a frame, fixed ones included."""
@@ -198,6 +208,18 @@ class Description:
         """The independent joints that move a frame, from the root on; a mimic joint is replaced by its source."""
         names = [self.driver[joint.name].source for joint in self.chain(frame) if joint.kind != "fixed"]
         return tuple(dict.fromkeys(names))
+
+    @cached_property
+    def parts(self) -> dict[str, tuple[str, ...]]:
+        """For each planar or floating joint of the file, the joints that it is taken as."""
+        wholes = dict.fromkeys(joint.part_of for joint in self.joints if joint.part_of)
+        return {whole: tuple(joint.name for joint in self.joints if joint.part_of == whole) for whole in wholes}
+
+    def floating(self, frame: str) -> tuple[str, ...]:
+        """The six joints that the first floating joint above a frame is taken as; empty if there is none."""
+        above = {joint.name for joint in self.chain(frame)}
+        found = (parts for parts in self.parts.values() if len(parts) == FREEDOM and above.issuperset(parts))
+        return next(found, ())
 
     @cached_property
     def driver(self) -> dict[str, Mimic]:

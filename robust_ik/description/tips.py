@@ -65,8 +65,11 @@ class _Tree:
     def __init__(self, description: Description) -> None:
         self.description = description
         self.sources: dict[str, frozenset[str]] = {description.root: frozenset()}
+        # A planar or floating joint counts as one, that of its last part: as many as a wrist has make no arm.
+        last = {joint.part_of: joint.name for joint in description.joints}
         for joint in self._downwards():
-            own = frozenset() if joint.kind == "fixed" else {description.driver[joint.name].source}
+            still = joint.kind == "fixed" or (joint.part_of and joint.name != last[joint.part_of])
+            own = frozenset() if still else {description.driver[joint.name].source}
             above = self.sources[joint.parent]
             self.sources[joint.child] = above if own <= above else above | own
 

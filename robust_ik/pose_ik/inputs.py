@@ -130,6 +130,11 @@ def check_far(array: Array, name: str, unit: float = 1.0) -> Array:
     return array
 
 
+def is_near(array: Array, unit: float = 1.0) -> bool:
+    """Whether an array is of doubles, none of which `check_far` would refuse or is no number."""
+    return array.dtype == float and bool((np.abs(array) <= FARTHEST * unit).all())
+
+
 def _with_position(p: Array) -> Array:
     T = np.broadcast_to(np.eye(4), (*p.shape[:-1], 4, 4)).copy()
     T[..., :3, 3] = p

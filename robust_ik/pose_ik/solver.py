@@ -18,7 +18,18 @@ from robust_ik.kernels.pose import pose_layout as lay
 from robust_ik.kinematics.chain import Chain
 from robust_ik.kinematics.svd import singular_values
 from robust_ik.kinematics.twist_rows import ROWS
-from robust_ik.pose_ik.inputs import POSITIONS, as_pose, as_poses, as_start, as_starts, plain, quick_pose, refuse
+from robust_ik.pose_ik.free_slides import FreeSlides
+from robust_ik.pose_ik.inputs import (
+    POSITIONS,
+    as_pose,
+    as_poses,
+    as_start,
+    as_starts,
+    is_near,
+    plain,
+    quick_pose,
+    refuse,
+)
 from robust_ik.pose_ik.options import Effort, Prefer, pack_options
 from robust_ik.pose_ik.packing import pack
 from robust_ik.pose_ik.result import PoseResult, PoseResults, SeveralSolutions
@@ -80,6 +91,11 @@ class PoseSolver:
         return None if self.unit == 1.0 else PoseUnits.of(self.chain, self.unit)
 
     @cached_property
+    def slides(self) -> FreeSlides | None:
+        """The slides without limits that the chain begins with; None if there are none."""
+        return FreeSlides.of(self.chain, self.lower, self.upper, self.unit)
+
+    @cached_property
     def _setups(self) -> dict[Any, Setup]:
         return {}
 
@@ -94,9 +110,9 @@ class PoseSolver:
         """`solve` with default options, half a microsecond faster.
 
         It returns None, so that `solve` has to be called, unless arguments are arrays or lists of numbers that are
-        valid, and lengths are in metres.
+        valid, lengths are in metres, and no slide without limits is in front.
         """
-        if self.units is not None:
+        if self.units is not None or self.slides is not None:
             return lambda target, q0: None  # noqa: ARG005
         setup = Setup(self.problem, pack_options(*USUAL, seed=0))
         kernel, rest, nq, empty = self._kernel, self.rest, len(self.rest), np.empty
@@ -150,12 +166,20 @@ class PoseSolver:
 
     def _ask(self, setup: Setup, T: Array, start: Array, q: Array, numbers: Array) -> bool:
         """Calls the kernel for one target; False if it refuses target or start."""
-        if self.units is None:
-            return bool(self._kernel(setup.address, T, start, q, numbers))
-        taken = self._kernel(setup.address, self.units.targets(T), start / self.units.q, q, numbers)
-        if taken:
+        travel = None
+        if self.slides is not None:
+            if not (is_near(T[:3, 3], self.unit) and is_near(start)):
+                return False
+            travel = self.slides.travel(T)
+            T, start = self.slides.near(T, travel), self.slides.moved(start, -travel)
+        if self.units is not None:
+            T, start = self.units.targets(T), start / self.units.q
+        taken = bool(self._kernel(setup.address, T, start, q, numbers))
+        if taken and self.units is not None:
             self.units.restore(q, numbers)
-        return bool(taken)
+        if taken and self.slides is not None and travel is not None:
+            q[:] = self.slides.moved(q, travel)
+        return taken
 
     def solve_many(
         self,
@@ -184,6 +208,10 @@ class PoseSolver:
         if start.ndim > 1:
             shape = np.broadcast_shapes(shape, start.shape[:-1])
             T, start = np.broadcast_to(T, (*shape, 4, 4)), np.broadcast_to(start, (*shape, len(self.rest)))
+        travel = None
+        if self.slides is not None:
+            travel, start = self.slides.travel(T), np.broadcast_to(start, (*shape, len(self.rest)))
+            T, start = self.slides.near(T, travel), self.slides.moved(start, -travel)
         if self.units is not None:
             T, start = self.units.targets(T), start / self.units.q
         pieces = cut(T.reshape(-1, 4, 4), start.reshape(-1, len(self.rest)), options, int(solutions))
@@ -192,6 +220,8 @@ class PoseSolver:
         numbers = np.concatenate([each for _, each in done]) if done else np.empty((0, lay.NUMBERS))
         if self.units is not None:
             self.units.restore(q, numbers)
+        if self.slides is not None and travel is not None:
+            q = self.slides.moved(q, travel.reshape(-1, 1, travel.shape[-1]))
         return PoseResults(q.reshape(*shape, *q.shape[1:]), self, numbers.reshape(*shape, lay.NUMBERS))
 
     def singular_values(self, q: Array) -> Array:

@@ -173,7 +173,9 @@ class JointMap:
                 f"length of {radius.flat[np.argmax(np.abs(radius - 1))]:.4g}; Robot.configuration makes q from angles"
             )
 
-    def random(self, rng: np.random.Generator, size: int | tuple[int, ...], lower: Array, upper: Array) -> Array:
+    def random(
+        self, rng: np.random.Generator, size: int | tuple[int, ...], lower: Array, upper: Array, unit: float = 1.0
+    ) -> Array:
         """Uniform random configurations between limits (n,), (*size, nq); see `Robot.random`."""
         shape = size if isinstance(size, tuple) else (size,)
         if not all(
@@ -182,14 +184,14 @@ class JointMap:
             raise InputError(f"size must be a count or a tuple of counts, got {size!r}")
         if not isinstance(rng, np.random.Generator):
             raise InputError(f"rng must be a numpy Generator, got {reprlib.repr(rng)}")
-        return self.configuration(rng.uniform(*self.finite_limits(lower, upper), (*shape, len(self.names))))
+        return self.configuration(rng.uniform(*self.finite_limits(lower, upper, unit), (*shape, len(self.names))))
 
-    def finite_limits(self, lower: Array, upper: Array) -> tuple[Array, Array]:
+    def finite_limits(self, lower: Array, upper: Array, unit: float = 1.0) -> tuple[Array, Array]:
         """Limits (n,) with missing ones filled in.
 
-        A missing limit is a full turn or 2 m from the other one; if both are missing they are ±π or ±1 m.
+        A missing limit is a full turn or two units from the other one; if both are missing they are ±π or ± a unit, m.
         """
-        half = np.where(self.prismatic, 1.0, np.pi)
+        half = np.where(self.prismatic, unit, np.pi)
         low, high = np.isfinite(lower), np.isfinite(upper)
         return (
             np.where(low, lower, np.where(high, upper - 2 * half, -half)),

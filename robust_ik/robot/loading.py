@@ -16,6 +16,7 @@ from robust_ik.description.robot_modules import DescribedRobot, described, of_mo
 from robust_ik.description.urdf import checked_arguments
 from robust_ik.errors import InputError, LoadError, cut
 from robust_ik.kinematics.twist_rows import ROWS
+from robust_ik.robot.mobile_base import Base, check_base, on_base
 from robust_ik.robot.robot import Robot
 from robust_ik.runtime.files import checked_folders
 
@@ -45,6 +46,7 @@ def load(
     rows: Sequence[str] | None = None,
     whole_tree: bool = False,
     xacro_args: Mapping[str, object] | None = None,
+    base: Base = "fixed",
 ) -> Robot:
     """A robot by name or from a file.
 
@@ -57,6 +59,7 @@ def load(
         rows: Task rows, of x y z wx wy wz; default all six, or those the DH table states.
         whole_tree: Keep every joint, also those that do not move the tip; then the tip may be left out.
         xacro_args: Values of the arguments of a xacro file.
+        base: "planar" or "floating" puts it on a base that moves, in front of what moves in the file; see `on_base`.
 
     Returns:
         The robot; joints that do not move the tip are dropped unless `whole_tree`.
@@ -71,6 +74,11 @@ def load(
         raise InputError(f"robot must be a name, a path or a module, got {cut(repr(robot), 200)}")
     package_dirs = checked_folders(package_dirs, "package_dirs")
     wishes = _Wishes(tip, package_dirs, rows, whole_tree, checked_arguments(xacro_args))
+    check_base(base)
+    return on_base(_load_any(robot, wishes), base)
+
+
+def _load_any(robot: str | Path | ModuleType, wishes: _Wishes) -> Robot:
     if isinstance(robot, ModuleType):
         return _load_described(of_module(robot), wishes)
     name, suffix = str(robot), Path(robot).suffix.lower()

@@ -32,17 +32,11 @@ def joints_to_keep(description: Description, tip: str | None) -> set[str]:
     """The joints to keep: those that move the tip (all for a whole tree), mimic joints with their sources.
 
     Raises:
-        UrdfError: One of them cannot move as written, or is floating.
+        UrdfError: One of them cannot move as written.
         TipError: There is none.
     """
     joints = description.joints if tip is None else description.chain(tip)
     moving = [joint for joint in joints if joint.kind != "fixed"]
-    for joint in moving:
-        if joint.kind in ("floating", "planar"):
-            raise UrdfError(
-                f"{description.source}: joint {joint.name!r} is {joint.kind}; robust_ik moves fixed-base robots: "
-                f"make that joint fixed, or choose a tip that it does not move"
-            )
     if not moving:
         raise TipError(
             f"no joint moves {tip!r} of {description.name}; frames that move: "
@@ -224,12 +218,13 @@ class PinocchioModel:
             self._of_thread.data = self.model.createData()
             return self._of_thread.data
 
-    def index(self, frame: str, robot: str) -> int:
+    def index(self, frame: str, robot: str, description: Description) -> int:
         """Index of a frame.
 
         Args:
             frame: Its name.
             robot: Whose it is, for the message.
+            description: The description of that robot, for the message.
 
         Raises:
             FrameNotFoundError: There is no such frame.
@@ -238,7 +233,8 @@ class PinocchioModel:
         if not isinstance(frame, str):
             raise InputError(f"a frame is named by a str, got {reprlib.repr(frame)}")
         if frame not in self.frames:
-            raise FrameNotFoundError(f"{robot} has no frame {frame!r}; {suggest(frame, self.frames)}")
+            hint = description.taken_as(frame) + suggest(frame, self.frames)
+            raise FrameNotFoundError(f"{robot} has no frame {frame!r}; {hint}")
         return self.frames[frame]
 
     def pose(self, q: Array, frame: int) -> Array:

@@ -32,7 +32,8 @@ class ArmReach:
 def find_reach(robot: Robot, rng: np.random.Generator | None = None) -> ArmReach:
     """The reach of the tip, by gradient ascent of the distance from the best of many random configurations.
 
-    Sliding joints without limits keep their sampled position, within 1 m of zero.
+    Sliding joints without limits keep their sampled position, within 1 m of zero; those of planar and floating joints
+    stay at rest, so that the reach is that of what stands on them.
 
     Args:
         robot: The robot; it must have a tip.
@@ -42,11 +43,19 @@ def find_reach(robot: Robot, rng: np.random.Generator | None = None) -> ArmReach
         raise TipError(f"{robot.name} was loaded whole, without a tip: load it with tip= to ask for its reach")
     rng = np.random.default_rng(0) if rng is None else rng
     center = robot.pose(robot.rest, _first_turning_joint(robot))[:3, 3]
-    samples = robot.random(rng, _SAMPLES)
+    samples = _standing(robot, robot.random(rng, _SAMPLES))
     order = np.argsort(-np.linalg.norm(robot.pose(samples)[:, :3, 3] - center, axis=-1))
     found = [_ascend(robot, samples[index], center) for index in order[:_STARTS]]
     distance, q = max(found, key=lambda pair: pair[0])
     return ArmReach(center, distance, q)
+
+
+def _standing(robot: Robot, samples: Array) -> Array:
+    """Configurations (N, nq) with the unlimited slides of planar and floating joints at rest."""
+    joints = [robot.description.joint[name] for name in robot.joint_names]
+    stays = np.array([joint.part_of != "" and joint.kind == "prismatic" for joint in joints]) & np.isinf(robot.lower)
+    values = np.where(stays, robot.joint_values(robot.rest), robot.joint_values(samples))
+    return samples if not stays.any() else robot.configuration(values)
 
 
 def _first_turning_joint(robot: Robot) -> str:

@@ -38,7 +38,7 @@ Reference = Literal["local", "world", "local_world_aligned"]
 
 @dataclass(frozen=True, eq=False)
 class Robot:
-    """A fixed-base arm or tree whose kinematics are functions of q.
+    """An arm or a tree, on a base that may move, whose kinematics are functions of q.
 
     It has two parts: a Pinocchio model, and a map from its independent joints to the joints of the model. Pinocchio
     computes single configurations. For many at once, compiled kernels work with constants of the model (`chain`); their
@@ -52,8 +52,7 @@ class Robot:
         lower: Lower limits of the n joints, rad or m; −∞ if not stated.
         upper: Upper limits of the n joints, rad or m; +∞ if not stated.
         velocity_limit: Speed limits of the n joints, rad/s or m/s; +∞ if not stated.
-        rest: A start configuration, (nq,): the catalogue's, else zero moved inside the limits, with a few joints bent
-            if the tip has lost a motion there.
+        rest: A start configuration, (nq,): the catalogue's, else zero within the limits, bent where a motion is lost.
         guess: Why this tip was chosen, if none was given and the choice is not clear; else empty.
     """
 
@@ -227,9 +226,9 @@ class Robot:
     def random(self, rng: np.random.Generator, size: int | tuple[int, ...] = ()) -> Array:
         """Uniform random configurations inside the limits, (*size, nq).
 
-        Without stated limits: a full turn for a revolute joint, 2 m for a prismatic one.
+        Without stated limits: a full turn for a revolute joint, twice `length_scale` for a prismatic one.
         """
-        return self._joints.random(rng, size, self.lower, self.upper)
+        return self._joints.random(rng, size, self.lower, self.upper, self.length_scale)
 
     def integrate(self, q: ArrayLike, dq: ArrayLike) -> Array:
         """Q ⊕ dq on the manifold: (..., nq) and (..., n) → (..., nq), leading axes broadcast."""
@@ -375,17 +374,18 @@ class Robot:
                 f"{self.name} was loaded whole, without a tip: name a frame; its leaves are "
                 + listed(self.description.leaves)
             )
-        return self._pinocchio.index(name, self.name)
+        return self._pinocchio.index(name, self.name, self.description)
 
     # -------------------------------------------------------------------------------------------- inverse kinematics
     @cached_property
     def size(self) -> float:
         """The distance that the links from the first axis to the tip span, m; 0 if no joint moves the tip's point.
 
-        Sliding joints are taken as close to zero as their limits allow; their travel counts only if the links alone are
-        shorter than a metre. For a whole tree it is the size of the limb with the longest offsets.
+        Slides are taken as close to zero as their limits allow; their travel counts only if the links are short of a
+        metre, that of mobile bases never. For a whole tree it is the size of the limb with the longest offsets.
         """
-        return find_size(self._longest_chain, self.lower, self.upper)
+        held = [self.description.joint[name].part_of != "" for name in self.joint_names]
+        return find_size(self._longest_chain, np.where(held, 0.0, self.lower), np.where(held, 0.0, self.upper))
 
     @cached_property
     def length_scale(self) -> float:

@@ -40,7 +40,7 @@ STATED = (
     r"negative speed limit",
     r"mimics itself",
     r"finite numbers? of at most 1e\+(06|18)",
-    r"is (floating|planar); robust_ik moves fixed-base robots",
+    r"mimics joint '.*', of which .* can be mimicked",
     r"no joint (that )?moves",
     r"xacro that was not expanded",
     r"a <(link|joint)> in line \d+ has no name",
@@ -365,7 +365,8 @@ def failure(data: bytes, tip: str, seed: int) -> str:
         return f"{type(error).__name__}: {error}"
     if not np.isfinite(pose).all():
         return "the pose is not finite"
-    if model is None or any("<axis> without xyz" in note for note in robot.notes):  # Pinocchio: an axis of no length
+    differs = ("<axis> without xyz", "the normal of its plane is")  # Pinocchio: an axis of no length, a plane across z
+    if model is None or any(said in note for said in differs for note in robot.notes):
         return ""
     return _difference(robot, q, pose, model, tip)
 
@@ -386,12 +387,16 @@ def _difference(robot: rik.Robot, q: np.ndarray, pose: np.ndarray, model: pin.Mo
         return ""
     frame = model.getFrameId(tip, pin.FrameType.BODY)
     moving = {model.names[joint] for joint in model.supports[model.frames[frame].parentJoint] if joint}
-    ours = {joint.name for joint in robot.description.chain(tip) if joint.kind != "fixed"}
+    ours = {joint.part_of or joint.name for joint in robot.description.chain(tip) if joint.kind != "fixed"}
     if moving != ours:
         return f"the joints differ: {sorted(moving ^ ours)[:5]}"
     values = dict(zip(robot.joint_names, robot.joint_values(q)))
     positions = pin.neutral(model)
     for name in ours:
+        if parts := robot.description.parts.get(name):
+            joint, at = model.joints[model.getJointId(name)], np.array([values[part] for part in parts])
+            positions[joint.idx_q : joint.idx_q + joint.nq] = _of_parts(at)
+            continue
         driver = robot.description.driver[name]
         value = values[driver.source] * driver.multiplier + driver.offset
         joint = model.joints[model.getJointId(name)]
@@ -401,6 +406,13 @@ def _difference(robot: rik.Robot, q: np.ndarray, pose: np.ndarray, model: pin.Mo
     pin.framesForwardKinematics(model, data, positions)
     error = float(np.abs(data.oMf[frame].homogeneous - pose).max())
     return "" if error <= 1e-9 * max(1.0, float(np.abs(pose).max())) else f"the poses differ by {error:.3g}"
+
+
+def _of_parts(at: np.ndarray) -> np.ndarray:
+    """Pinocchio's configuration of a planar (x, y, yaw) or floating joint (x, y, z, yaw, pitch, roll)."""
+    if len(at) == 3:
+        return np.array([*at[:2], np.cos(at[2]), np.sin(at[2])])
+    return np.append(at[:3], pin.Quaternion(pin.rpy.rpyToMatrix(*at[:2:-1])).coeffs())
 
 
 def attack(count: int, seed: int, say: Callable[[str], None]) -> list[str]:

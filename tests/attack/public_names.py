@@ -149,6 +149,7 @@ SAMPLES = {
     "squared_damping": lambda: np.array(0.01),
     "size": lambda: 3,
     "joints": lambda: "panda_joint1",
+    "base": lambda: "planar",
     "frame": lambda: "panda_link3",
     "root": lambda: "panda_link1",
     "rows": lambda: ("x", "y", "z"),

@@ -90,3 +90,20 @@ def test_arguments_of_xacro_that_name_nothing_are_refused(command):
         status, _, err = command("info", "panda", "--xacro-arg", wrong)
         assert status == 1
         assert "--xacro-arg takes NAME:=VALUE" in err
+
+
+def test_any_command_puts_a_robot_on_a_base_that_moves(command, tmp_path):
+    out = command("info", "ur5", "--base", "planar")[1]
+    assert all(name in out for name in ("9 independent", "base_x", "base_y", "base_yaw"))
+    out = command("singularities", "ur5", "--base", "floating")[1]
+    assert "none within the limits; base_x to base_roll alone move the tip" in " ".join(out.split())
+    status, _, err = command("info", "ur5", "--base", "omni")
+    assert (status, "base must be 'fixed', 'planar' or 'floating', got 'omni'" in err) == (1, True)
+
+
+def test_a_robot_that_is_exported_on_its_base_is_read_as_the_same_robot(command):
+    assert command("export", "puma560", "out.urdf", "--base", "floating")[0] == 0
+    again, robot = rik.load("out.urdf"), rik.load("puma560", base="floating")
+    assert again.joint_names == robot.joint_names
+    assert (again.lower[:6] == robot.lower[:6]).all()
+    assert abs(again.pose(again.neutral) - robot.pose(robot.neutral)).max() < 1e-12

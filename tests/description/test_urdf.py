@@ -209,15 +209,6 @@ def test_a_broken_or_unsafe_urdf_is_refused_in_one_sentence(case):
     assert len(str(caught.value)) < 400
 
 
-@pytest.mark.parametrize("kind", ["floating", "planar"])
-def test_a_base_that_moves_freely_is_refused_unless_the_tip_does_not_depend_on_it(kind):
-    text = urdf(joint(kind=kind, inside=""), TWO[1], joint("side", parent="a", child="d"), links="abcd")
-    description = parse_urdf(text)
-    with pytest.raises(rik.UrdfError, match=f"'j1' is {kind}; robust_ik moves fixed-base robots"):
-        rik.Robot.from_description(description, "c")
-    assert rik.Robot.from_description(description, "d").joint_names == ("side",)
-
-
 def test_a_tip_that_nothing_moves_is_refused():
     with pytest.raises(rik.TipError, match="no joint moves 'a' of r; frames that move: b, c"):
         rik.Robot.from_description(parse_urdf(urdf(*TWO)), "a")

@@ -10,7 +10,7 @@ import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.control.limits.collision_geometry import Geometry, convex_hull, primitive
-from robust_ik.description.joint_tree import Description, Mesh, Visual
+from robust_ik.description.joint_tree import FREEDOM, Description, Mesh, Visual
 from robust_ik.errors import LoadError
 from robust_ik.robot.robot import Robot
 
@@ -22,7 +22,7 @@ class Bodies:
     Attributes:
         frames: The first link of each body, from the root on; the root's body does not move.
         of_link: The index of the body of each link.
-        above: The index of the body that carries each body except the first.
+        above: The index of the body that carries each body except the first; what moves in a plane is carried by it.
     """
 
     frames: tuple[str, ...]
@@ -36,8 +36,12 @@ class Bodies:
         first = {link: description.rigid_body(link, moving) for link in description.links}
         frames = tuple(dict.fromkeys([description.root, *(first[link] for link in description.links)]))
         of_link = {link: frames.index(frame) for link, frame in first.items()}
+        # What moves in a plane stands on what has the plane, though there are links without shapes between them.
+        planes = [parts for parts in description.parts.values() if len(parts) < FREEDOM]
+        below = {parts[-1]: description.joint[parts[0]].parent for parts in planes}
         joints = [joint for joint in description.joints if joint.child in frames]
-        return cls(frames, of_link, {of_link[joint.child]: of_link[joint.parent] for joint in joints})
+        above = {of_link[joint.child]: of_link[below.get(joint.name, joint.parent)] for joint in joints}
+        return cls(frames, of_link, above)
 
 
 class Solid(NamedTuple):

@@ -128,8 +128,9 @@ def joint_indices(robot: Robot, joints: tuple[str, ...] | None) -> NDArray[np.in
     for name in joints:
         if name not in names:
             driver = robot.description.driver.get(name)
-            follows = f"{name!r} follows {driver.source!r}; " if driver and driver.source in names else ""
-            raise FrameNotFoundError(f"{robot.name} has no independent joint {name!r}; {follows}{suggest(name, names)}")
+            hint = f"{name!r} follows {driver.source!r}; " if driver and driver.source in names else ""
+            hint += robot.description.taken_as(name) + suggest(name, names)
+            raise FrameNotFoundError(f"{robot.name} has no independent joint {name!r}; {hint}")
     return np.array([names.index(name) for name in joints], dtype=np.intp)
 
 

@@ -10,9 +10,12 @@ from lxml import etree
 
 from robust_ik.description.joint_tree import MOVING_TYPES
 from robust_ik.description.notes import Notes, named
+from robust_ik.description.urdf.mobile_joints import PARTS, split_mobile_joints
 from robust_ik.description.urdf.urdf_numbers import LARGEST, are_numbers, numbers, shown
 
 JOINT_TYPES = (*MOVING_TYPES, "fixed", "floating", "planar")
+ENDLESS = ("continuous", *PARTS)
+"""Kinds of joints that have no limits of position; those that a file states count for nothing, as in ROS."""
 LEAST_AXIS = 1e-6
 """Length below which an axis is zero.
 
@@ -29,11 +32,12 @@ _UNUSED = {
 _MOVES = ("axis", "limit", "mimic", *_UNUSED)
 
 
-def mend_joints(root: Any, notes: Notes) -> dict[str, tuple[str, str]]:
-    """Writes joints out in full, and makes those that cannot move fixed.
+def mend_joints(root: Any, notes: Notes) -> tuple[dict[str, tuple[str, str]], dict[str, str]]:
+    """Writes joints out in full, with one degree of freedom each, and makes those that cannot move fixed.
 
     Returns:
-        For those that cannot move, by name: the kind and the reason.
+        For those that cannot move, by name: the kind and the reason. For the parts of planar and floating joints, by
+        name: the joint that each is a part of.
     """
     problems: dict[str, tuple[str, str]] = {}
     joints = root.findall("joint")
@@ -44,8 +48,17 @@ def mend_joints(root: Any, notes: Notes) -> dict[str, tuple[str, str]]:
     by_name = {joint.get("name"): joint for joint in joints}
     for name, through in _circles(joints).items():
         _stop(by_name[name], f"mimics itself, through {' → '.join(through)}", problems, notes)
+    parts = split_mobile_joints(root, notes)
+    for joint in [joint for joint in root.findall("joint") if joint.find("mimic") is not None]:
+        if whole := [part for part, of in parts.items() if of == joint.find("mimic").get("joint")]:
+            _stop(
+                joint,
+                f"mimics {named('joint', parts[whole[0]])}, of which {', '.join(whole)} can be mimicked",
+                problems,
+                notes,
+            )
     _straighten(root, notes)
-    return problems
+    return problems, parts
 
 
 def _stop(joint: Any, problem: str, problems: dict[str, tuple[str, str]], notes: Notes) -> None:
@@ -82,9 +95,15 @@ def _problem(joint: Any, notes: Notes) -> str:
     if kind not in JOINT_TYPES:
         given = None if kind is None else shown(kind)
         return f"has type {given}; possible are {', '.join(JOINT_TYPES)}"
-    if kind in ("fixed", "floating"):
+    if kind == "fixed":
         _drop(joint, ("axis", "limit", "mimic"))
         return ""
+    if kind in PARTS and joint.find("mimic") is not None:
+        notes.add(f"is {kind}, so that it cannot mimic a joint: it is free", named("joint", joint.get("name")))
+        _drop(joint, ("mimic",))
+    if kind == "floating":
+        _drop(joint, ("axis",))
+        return _limit_problem(joint, kind, notes)
     return _axis_problem(joint) or _mimic_problem(joint) or _limit_problem(joint, kind, notes)
 
 
@@ -109,11 +128,11 @@ def _mimic_problem(joint: Any) -> str:
 def _limit_problem(joint: Any, kind: str, notes: Notes) -> str:
     limit = joint.find("limit")
     if limit is None:
-        if kind in ("continuous", "planar"):
+        if kind in ENDLESS:
             return ""
         instead = ", or make it continuous" if kind == "revolute" else ""
         return f"is {kind} but has no <limit>; add <limit lower= upper= velocity= effort=>{instead}"
-    if kind in ("continuous", "planar"):
+    if kind in ENDLESS:
         limit.attrib.pop("lower", None)
         limit.attrib.pop("upper", None)
     for attribute in ("lower", "upper", "velocity"):

@@ -7,6 +7,8 @@ import re
 
 LARGEST = 1e6
 """Largest number of metres or radians as written; products overflow far above it."""
+NO_LIMIT = 1e6
+"""A position limit of at least this magnitude stands for no limit."""
 LONGEST = 80
 """Most characters of a text that are shown."""
 _NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")

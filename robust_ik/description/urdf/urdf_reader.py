@@ -18,7 +18,7 @@ from robust_ik.description.meshes.mesh_paths import MeshPaths
 from robust_ik.description.notes import Notes, named
 from robust_ik.description.urdf.urdf_checks import check_tree, safe_tree
 from robust_ik.description.urdf.urdf_joints import mend_joints
-from robust_ik.description.urdf.urdf_numbers import shown
+from robust_ik.description.urdf.urdf_numbers import NO_LIMIT, shown
 from robust_ik.description.urdf.urdf_rotations import write_rotations
 from robust_ik.description.urdf.urdf_shapes import collisions, mend_shapes, visuals
 from robust_ik.description.urdf.urdf_xacro import HOW, check_expanded
@@ -33,8 +33,6 @@ SEEMS_DEGREES = 8 * math.pi
 """Limits of more than four turns are noted as perhaps in degrees."""
 MOST_DEGREES = 1e4
 """Limits of more than this many degrees are not noted: nobody means them."""
-NO_LIMIT = 1e6
-"""A position limit of at least this magnitude stands for no limit."""
 
 
 def read_urdf(
@@ -99,11 +97,13 @@ def parse_urdf(
         left = check_expanded(root, notes)
         write_rotations(root, notes)
         _check_whole(root, left)
-        problems = mend_joints(root, notes)
+        problems, parts = mend_joints(root, notes)
+        if parts:
+            check_tree(root)  # deeper than it was
         mend_shapes(root, notes)
         robot = _parse(root)
         moving = {joint.name for joint in robot.joints if joint.type in MOVING_TYPES} | set(problems)
-        joints = tuple(_joint(joint, moving, problems, notes) for joint in robot.joints)
+        joints = tuple(_joint(joint, moving, problems, parts, notes) for joint in robot.joints)
         paths = MeshPaths.of(folder, package_dirs)
         drawn, solid = tuple(visuals(robot, paths)), tuple(collisions(robot, paths))
     except UrdfError as error:
@@ -193,7 +193,9 @@ def _parse(root: Any) -> Any:
         raise UrdfError(f"cannot be read: {type(error).__name__}: {error}") from error
 
 
-def _joint(joint: Any, moving: set[str], problems: dict[str, tuple[str, str]], notes: Notes) -> Joint:
+def _joint(
+    joint: Any, moving: set[str], problems: dict[str, tuple[str, str]], parts: dict[str, str], notes: Notes
+) -> Joint:
     kind, problem = problems.get(joint.name, (joint.type, ""))
     lower, upper = _limits(joint, notes)
     velocity = math.inf if joint.limit is None else joint.limit.velocity or math.inf
@@ -202,7 +204,8 @@ def _joint(joint: Any, moving: set[str], problems: dict[str, tuple[str, str]], n
         notes.add(f"mimics {shown(mimic.source)}, which is no joint that moves: it is free", named("joint", joint.name))
         mimic = None
     length = 0.0 if joint.origin is None else math.hypot(*joint.origin[:3, 3])
-    return Joint(joint.name, kind, joint.parent, joint.child, lower, upper, velocity, mimic, problem, length)
+    ends, part_of = (joint.parent, joint.child), parts.get(joint.name, "")
+    return Joint(joint.name, kind, *ends, lower, upper, velocity, mimic, problem, length, part_of)
 
 
 def _limits(joint: Any, notes: Notes) -> tuple[float, float]:

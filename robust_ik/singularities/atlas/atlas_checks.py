@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robust_ik.description.joint_tree import FREEDOM
 from robust_ik.errors import LoadError
 from robust_ik.kinematics.twist_rows import checked_rows
 from robust_ik.singularities.atlas.atlas_record import AtlasRecord, Settings
@@ -80,7 +81,7 @@ def _check_values(record: Settings | Evidence | Stratum) -> None:
 
 def _check_robot(facts: RobotFacts) -> None:
     """Checks that names are text, arrays have a number for each joint, and the exact arm is the analysed one."""
-    names = (facts.name, facts.tip, facts.inexact, *facts.chain.joint_names, *facts.symbols)
+    names = (facts.name, facts.tip, facts.inexact, *facts.chain.joint_names, *facts.floating, *facts.symbols)
     if not all(isinstance(name, str) for name in names):
         raise LoadError("a name is no text")
     if not all(isinstance(value, float) and math.isfinite(value) for value in facts.symbols.values()):
@@ -91,6 +92,9 @@ def _check_robot(facts: RobotFacts) -> None:
     n = facts.chain.n
     if not (facts.lower.shape == facts.upper.shape == (n,) and len(facts.continuous) == n):
         raise LoadError(f"limits are not of {n} joints")
+    known = set(facts.floating) <= set(facts.chain.joint_names)
+    if facts.floating and not (known and len(set(facts.floating)) == len(facts.floating) == FREEDOM):
+        raise LoadError(f"its floating joint cannot be {', '.join(facts.floating)[:200]}")
     if any((facts.chain.joint_names, facts.chain.rows) != (each.joint_names, each.rows) for each in chains):
         raise LoadError("the geometry that was given is of other joints or rows than the one that was analysed")
     if facts.exact is None:

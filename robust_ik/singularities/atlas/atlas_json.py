@@ -100,6 +100,7 @@ def to_plain(atlas: AtlasRecord) -> dict[str, Any]:
         "inexact": facts.inexact,
         "near": None if facts.near is None else _chain(facts.near),
         "near_changes": list(facts.near_changes),
+        "floating": list(facts.floating),
     }
     return {
         "format": FORMAT,
@@ -131,6 +132,7 @@ def from_plain(data: dict[str, Any]) -> AtlasRecord:
             "tool": _array(robot["tool"]),
             "near": None if robot["near"] is None else _read_chain(robot["near"]),
             "near_changes": tuple(str(each) for each in robot["near_changes"]),
+            "floating": tuple(robot["floating"]),
             "exact": None if robot["exact"] is None else Proof.from_json(json.dumps(robot["exact"])).arm,
         }
     )

@@ -102,6 +102,8 @@ class AtlasRecord:
 
     def _found(self, evidence: Evidence) -> str:
         rows = self.of_corank(evidence.corank)
+        if evidence.status is Completeness.NEVER:
+            return "none within the limits"
         if not rows and evidence.status is Completeness.INTERRUPTED:
             return "none found yet"
         if not rows and not evidence.found:

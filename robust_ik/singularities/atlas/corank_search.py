@@ -8,6 +8,7 @@ import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.singularities.atlas.evidence import Completeness, Evidence
+from robust_ik.singularities.atlas.floating_base import never_singular
 from robust_ik.singularities.atlas.search_pieces import CHUNK, Chunk, ProofOf
 from robust_ik.singularities.atlas.search_state import SearchState
 from robust_ik.singularities.families.leaf import Leaf
@@ -168,4 +169,6 @@ class CorankSearch:
 def judged(state: SearchState) -> tuple[Evidence, ...]:
     """The evidence of every corank that was looked for, once lists and proofs are final; see `CorankSearch.judged`."""
     only = state.settings.corank is not None
+    if never := never_singular(state.facts, state.settings.corank):
+        return never
     return tuple(CorankSearch(state, corank).judged(only=only) for corank in sorted(state.evidence))

@@ -15,6 +15,7 @@ class Completeness(Enum):
     ESTIMATE = "estimate: from random starts"
     NONE_FOUND = "none found: no random start led to such a configuration"
     INTERRUPTED = "interrupted: the search was stopped; there may be more"
+    NEVER = "never: a floating base moves the tip in every direction, within the limits of its pitch"
     EVERYWHERE = "everywhere: fewer joints than task rows, so that every configuration loses as much"
 
 
@@ -35,7 +36,7 @@ class Evidence:
         floor: If none was found, the least ‖r‖/σ₁: how close the arm comes to that corank.
         cases: Cases of the proof that was checked, if one was.
         leaves: Leaves of the proof.
-        proof: Why there is no certificate, if there is none.
+        proof: Why there is no certificate, if there is none; why the arm is never singular, if it is not.
     """
 
     corank: int
@@ -70,6 +71,8 @@ class Evidence:
     @property
     def words(self) -> str:
         """What can be said about completeness, in words."""
+        if self.status is Completeness.NEVER:
+            return self.proof
         if self.status is Completeness.CERTIFIED:
             met = "none" if self.unmatched == 0 else f"{self.unmatched}"
             return self._certified + (f"; {met} of {self.fresh} fresh starts met another" if self.fresh else "")

@@ -16,6 +16,7 @@ from robust_ik.runtime.progress import ProgressCallback
 from robust_ik.singularities.atlas.atlas_record import AtlasRecord
 from robust_ik.singularities.atlas.corank_search import PROBE, CorankSearch, judged
 from robust_ik.singularities.atlas.evidence import Completeness, Evidence
+from robust_ik.singularities.atlas.floating_base import never_singular
 from robust_ik.singularities.atlas.search_pieces import CHUNK
 from robust_ik.singularities.atlas.search_state import SearchState, Tally, state_of
 from robust_ik.singularities.families.near_rows import is_listed
@@ -38,7 +39,10 @@ def extend(
 
 def searched(state: SearchState, starts: int, progress: ProgressCallback | None) -> AtlasRecord:
     """The record after these starts for each corank, or after Ctrl-C."""
-    interrupted = False
+    facts, interrupted = state.facts.measured_in(1 / state.facts.units), False
+    if never := never_singular(facts, state.settings.corank):
+        Tally(progress).reach(1)
+        return AtlasRecord(facts, (), never, state.settings)
     try:
         _search(state, starts, progress)
     except KeyboardInterrupt:
@@ -54,7 +58,6 @@ def searched(state: SearchState, starts: int, progress: ProgressCallback | None)
     nearly = () if interrupted else _nearly(state, strata)
     proofs = tuple(state.proven[k].proof for k in sorted(state.proven))
     certificate = Certificate(proofs) if proofs else None
-    facts = state.facts.measured_in(1 / state.facts.units)
     listed = tuple(in_metres(state.facts, row) for row in strata)
     return AtlasRecord(facts, listed, evidence, state.settings, interrupted, certificate, nearly)
 

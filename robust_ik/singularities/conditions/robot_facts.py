@@ -54,6 +54,7 @@ class RobotFacts:
         length_scale: Length by which linear rows are divided where σ is told, m.
         near: The chain without small tilts and offsets; None if it has none.
         near_changes: Each of these, in words.
+        floating: The six joints that a floating joint in front of the tip is taken as; empty without one.
     """
 
     name: str
@@ -73,6 +74,7 @@ class RobotFacts:
     length_scale: float = 1.0
     near: ScrewChain | None = None
     near_changes: tuple[str, ...] = ()
+    floating: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "lower", readonly(self.lower))
@@ -122,6 +124,7 @@ class RobotFacts:
             length_scale=told,
             near=near,
             near_changes=near_changes,
+            floating=robot.description.floating(str(robot.tip)),
         )
 
     @cached_property
@@ -223,7 +226,7 @@ def jacobians_apart(chain: ScrewChain, arm: Arm) -> float:
 
 
 def _table(robot: Robot) -> DHTable | None:
-    """The DH table of a robot of the catalogue, if it comes from one."""
+    """The DH table of a robot of the catalogue, if it comes from one; on a base that moves, the arm's."""
     entry = catalog().get(robot.name)
     if entry is None or entry.path.suffix != ".toml":
         return None
@@ -231,4 +234,5 @@ def _table(robot: Robot) -> DHTable | None:
         table = read_dh(entry.path)
     except LoadError:
         return None
-    return table if table.joint_names == robot.joint_names else None
+    own = tuple(name for name in robot.joint_names if not robot.description.joint[name].part_of)
+    return table if table.joint_names == own else None
