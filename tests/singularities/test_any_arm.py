@@ -280,6 +280,18 @@ def test_near_lengths_become_alike_and_nothing_else_changes():
     np.testing.assert_allclose(same.frames, arm.frames, atol=1e-9)
 
 
+def test_right_angles_with_eleven_decimals_are_exact_and_no_word_is_said():
+    """The UR5's file has 1.57079632679: along double factors of minors σ would be 1e-12, where it is zero."""
+    robot = rik.load("ur5")
+    axes, _ = axes_at_zero(ScrewChain.of(robot).rotations, ScrewChain.of(robot).offsets)
+    assert 1e-13 < np.abs(axes - np.round(axes)).max() < 1e-10
+    atlas = rik.find_singularities(robot, 1, rows=("z", "wx", "wy"), starts=STARTS, certify=False)
+    assert atlas.evidence[0].unexplained == 0
+    assert "q2 = ±π/2 and q3 ∈ {0, π} and q4 = ±π/2" in rows(atlas)
+    assert not atlas.robot.changes
+    assert all(row.floor == 0 for row in atlas)
+
+
 # ------------------------------------------------------------------------------------ angles that share joints
 def test_angles_that_share_joints_are_brought_to_their_values_together():
     rng = np.random.default_rng(0)
@@ -294,6 +306,18 @@ def test_an_angle_that_others_determine_is_left_as_it_is():
     angles = [Angle((0,), (1,), 2 * np.pi), Angle((1,), (1,), 2 * np.pi), Angle((0, 1), (1, 1), 2 * np.pi)]
     found = brought(np.zeros((1, 2)), angles, np.array([0.1, 0.2, 9.0]))
     np.testing.assert_allclose(found, [[0.1, 0.2]])
+
+
+@pytest.mark.parametrize("short", [1e-3, 1e-5, 1e-6])
+def test_a_family_that_is_nearly_a_point_has_its_relation(short):
+    """The arm reaches its first axis only where it is nearly stretched: the last digit of its lengths counts."""
+    lengths = (0.5 - short, 0.2, 0.3)
+    joints = [rik.DHJoint(a=a, d=0.0, alpha=turn) for a, turn in zip(lengths, (RIGHT, 0.0, 0.0))]
+    robot = rik.Robot.from_dh(rik.DHTable(tuple(joints), "standard"))
+    atlas = rik.find_singularities(robot, 1, rows=("x", "y", "z"), starts=500)
+    (relation,) = [row.relations[0] for row in atlas if row.relations]
+    np.testing.assert_allclose(relation.coefficients * lengths[0], lengths, rtol=1e-3 if short < 1e-5 else 1e-6)
+    assert "no short relation" not in atlas.markdown()
 
 
 # ------------------------------------------------------------------------------------ how it is written

@@ -90,7 +90,7 @@ def test_where_the_base_stands_and_how_it_is_mounted_changes_nothing():
     assert len(moved) == 4
 
 
-@pytest.mark.parametrize("factor", [2.0**-5, 2.0**10])
+@pytest.mark.parametrize("factor", [2.0**-10, 2.0**-5, 2.0**10])
 def test_an_arm_of_another_size_on_a_planar_base_has_the_same_families(factor):
     one, other = (rik.find_singularities(scaled(each), starts=200, certify=False) for each in (1.0, factor))
     assert rows_of(one) == rows_of(other)

@@ -249,8 +249,8 @@ def test_an_atlas_comes_back_from_its_file_unchanged(tmp_path, name):
         ("{}", "is no singularity atlas"),
         ("[1]", "is no singularity atlas"),
         ("nonsense", "is a broken atlas"),
-        ('{"format": "robust_ik singularity atlas", "version": 99}', "reads version 2"),
-        ('{"format": "robust_ik singularity atlas", "version": 2}', "is a broken atlas"),
+        ('{"format": "robust_ik singularity atlas", "version": 99}', "reads version 3"),
+        ('{"format": "robust_ik singularity atlas", "version": 3}', "is a broken atlas"),
     ],
 )
 def test_what_is_no_atlas_is_refused_in_a_sentence(tmp_path, text, message):

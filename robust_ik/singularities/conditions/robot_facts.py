@@ -103,6 +103,7 @@ class RobotFacts:
         asked = ScrewChain.of(robot, rows=rows, length_scale=robot.length_scale)
         given = reachable_rows(asked)
         chain, changes, lines = straightened(robot, given)
+        given = given if changes else chain
         kinds = [robot.description.joint[name].kind for name in robot.joint_names]
         exact, inexact = _exact(robot, chain, lines)
         near, near_changes = nearby(robot, given, chain)

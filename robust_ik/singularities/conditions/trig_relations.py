@@ -24,6 +24,10 @@ FITS = 1e-8
 """Singular value of the fitted products, relative to the largest one, below which a relation fits."""
 UNIQUE = 1e-5
 """The next singular value must be above this; else several relations fit, and a smaller basis is needed."""
+EXACT, RESOLVED = 1e-14, 1e-9
+"""If there is none, one that fits up to rounding is taken, and the next singular value must only be above RESOLVED:
+points of a family that is nearly a point leave it small.
+"""
 ZERO_COEFFICIENT = 1e-7
 """Coefficients below this fraction of the largest one are rounding. Chosen: ten times what FITS lets pass."""
 SMALLEST = 1e-4
@@ -131,18 +135,19 @@ def simplest(choices: Sequence[Sequence[Angle]], values: Array, *, odd: bool = F
     Args:
         choices: Sets of angles of which no subset is related.
         values: Points of one stratum, (N, n).
-        odd: Whether to try half angles and higher degrees too: for points of one component only.
+        odd: Whether to try half angles and higher degrees too, and points close together: of one component only.
     """
-    for stage in (linear_bases, product_bases, *([other_bases] if odd else [])):
-        fitted = [relation for angles in choices if (relation := _first_fit(stage(angles), values)) is not None]
-        short = [each for each in fitted if len(each.terms) <= (SHORT_ODD if stage is other_bases else SHORT)]
-        if short:
-            return min(short, key=lambda relation: (len(relation.terms), _factors(relation)))
+    for limits in ((FITS, UNIQUE), (EXACT, RESOLVED)) if odd else ((FITS, UNIQUE),):
+        for stage in (linear_bases, product_bases, *([other_bases] if odd else [])):
+            fitted = [each for angles in choices if (each := _first_fit(stage(angles), values, limits)) is not None]
+            short = [each for each in fitted if len(each.terms) <= (SHORT_ODD if stage is other_bases else SHORT)]
+            if short:
+                return min(short, key=lambda relation: (len(relation.terms), _factors(relation)))
     return None
 
 
-def _first_fit(bases: Sequence[tuple[Term, ...]], values: Array) -> Relation | None:
-    fitting = (_null_vector(terms, values) for terms in bases if len(values) >= 2 * len(terms))
+def _first_fit(bases: Sequence[tuple[Term, ...]], values: Array, limits: tuple[float, float]) -> Relation | None:
+    fitting = (_null_vector(terms, values, *limits) for terms in bases if len(values) >= 2 * len(terms))
     return next((relation for relation in fitting if relation is not None), None)
 
 
@@ -191,7 +196,7 @@ def _functions(angle: Angle, degree: int) -> list[Factor | None]:
     return waves if degree % 2 else [None, *waves]
 
 
-def _null_vector(terms: tuple[Term, ...], values: Array) -> Relation | None:
+def _null_vector(terms: tuple[Term, ...], values: Array, fits: float, unique: float) -> Relation | None:
     """The only combination of products that vanishes at the points, without outliers; None if it is not unique."""
     products = evaluate(terms, values)
     kept = np.ones(len(values), dtype=bool)
@@ -204,7 +209,7 @@ def _null_vector(terms: tuple[Term, ...], values: Array) -> Relation | None:
             break
         kept = size <= limit
     s = found.s / found.s[0]
-    if s[-1] > FITS or (len(s) > 1 and s[-2] < UNIQUE) or kept.sum() < 0.9 * len(values):
+    if s[-1] > fits or (len(s) > 1 and s[-2] < unique) or kept.sum() < 0.9 * len(values):
         return None
     vector = vector / vector[int(np.argmax(np.abs(vector)))]
     large = np.abs(vector) > ZERO_COEFFICIENT

@@ -118,6 +118,8 @@ class Stratum:
             units: The new unit of each value, in the present one, (n,).
             known: Lengths with names.
         """
+        if (units == 1).all():
+            return self
         sizes = [float(units[each.angle.joints[0]]) for each in self.conditions]
         conditions = []
         for each, size in zip(self.conditions, sizes):

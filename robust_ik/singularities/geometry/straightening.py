@@ -28,6 +28,8 @@ APART = 1e-9
 """Jacobians that differ by less are of the same geometry, in its unit of length."""
 UNCHANGED = 1e-11
 """Turns below this, rad, and lengths in m, are rounding of what was read; they are not reported as changes."""
+ROUNDING = 1e-14
+"""Turns below this, rad, are rounding of floats; π/2 as 1.57079632679 is more, and is made exact without a word."""
 Lines = tuple[Array, Array, Array]
 """With all joints at zero, world: unit vectors along the axes, a point on each, (n, 3), and the tip's point, (3,)."""
 
@@ -63,12 +65,12 @@ def straightened(
         tolerance: Largest changes; by default `Tolerance.of` the robot.
     """
     most = Tolerance.of(robot) if tolerance is None else tolerance
-    lines, changes = _with_exact_directions(robot, chain, most.angle)
-    straight = _chain_of(chain, *lines) if changes else chain
+    lines, changes, turned = _with_exact_directions(robot, chain, most.angle)
+    straight = _chain_of(chain, *lines) if turned else chain
     turns_only = not any(chain.sliding) and np.array_equal(chain.mixing, np.eye(chain.n))
     if not turns_only:
         return straight, changes, None
-    if not changes:
+    if not turned:
         lines = (*axes_at_zero(chain.rotations, chain.offsets), robot.pose(robot.neutral)[:3, 3])
     even, more = _evened(robot, chain.joint_names, lines, most)
     placed = even.frames
@@ -79,17 +81,21 @@ def straightened(
     return found, (*changes, *more), even
 
 
-def _with_exact_directions(robot: Robot, chain: ScrewChain, tolerance: float) -> tuple[Lines, tuple[str, ...]]:
-    """The lines of an arm whose frames are turned to nominal angles, link by link, and each turn in words."""
+def _with_exact_directions(robot: Robot, chain: ScrewChain, tolerance: float) -> tuple[Lines, tuple[str, ...], bool]:
+    """The lines of an arm whose frames are turned to nominal angles, link by link, each turn in words, if it is told.
+
+    The last value tells whether any frame was turned at all: by more than the rounding of floats.
+    """
     joints = [joint for joint in robot.description.chain(str(robot.tip)) if joint.kind != "fixed"]
     rotation, origin = np.eye(3), np.zeros(3)
     before = np.eye(4)
-    axes, points, changes = [], [], []
+    axes, points, changes, most = [], [], [], 0.0
     frames = [robot.pose(robot.neutral, joint.child) for joint in joints]
     for joint, frame, axis in zip(joints, frames, axes_at_zero(chain.rotations, chain.offsets)[0]):
         step = np.linalg.inv(before) @ frame
         exact, change = nearest_exact(step[:3, :3], tolerance)
         own, tilt = nearest_direction(frame[:3, :3].T @ axis, tolerance)
+        most = max(most, change, tilt)
         if max(change, tilt) > UNCHANGED:
             changes.append(f"{joint.name}: turned by {max(change, tilt):.2g} rad")
         origin = origin + rotation @ step[:3, 3]
@@ -98,7 +104,7 @@ def _with_exact_directions(robot: Robot, chain: ScrewChain, tolerance: float) ->
         points.append(origin)
         before = frame
     tip = origin + rotation @ (np.linalg.inv(before) @ robot.pose(robot.neutral)[:, 3])[:3]
-    return (np.array(axes), np.array(points), tip), tuple(changes)
+    return (np.array(axes), np.array(points), tip), tuple(changes), most > ROUNDING
 
 
 def _evened(robot: Robot, names: Sequence[str], lines: Lines, most: Tolerance) -> tuple[LineArm, list[str]]:
