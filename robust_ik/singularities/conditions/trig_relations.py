@@ -55,6 +55,13 @@ class Factor:
             return np.asarray(x**self.order)
         return np.asarray(np.cos(self.order * x) if self.kind == "cos" else np.sin(self.order * x))
 
+    def slope(self, values: Array) -> Array:
+        """Its derivative with respect to the angle at joint values (..., n), (...)."""
+        x = self.angle.of(values)
+        if self.kind == "power":
+            return np.asarray(self.order * x ** (self.order - 1))
+        return np.asarray(self.order * (-np.sin(self.order * x) if self.kind == "cos" else np.cos(self.order * x)))
+
     def __str__(self) -> str:
         if self.kind == "power":
             return str(self.angle) if self.order == 1 else f"({self.angle})^{self.order:g}"
@@ -100,6 +107,19 @@ class Relation:
     def of(self, values: Array) -> Array:
         """The sum at joint values (..., n), zero if the relation holds, (...)."""
         return evaluate(self.terms, values) @ self.coefficients
+
+    def slopes(self, values: Array) -> Array:
+        """The derivatives of the sum with respect to the joint values, (..., n) → (..., n)."""
+        factors = dict.fromkeys(chain.from_iterable(self.terms))
+        of, slope = ({each: getattr(each, what)(values) for each in factors} for what in ("of", "slope"))
+        result = np.zeros(values.shape)
+        for term, coefficient in zip(self.terms, self.coefficients):
+            for place, factor in enumerate(term):
+                others = [of[each] for each in (*term[:place], *term[place + 1 :])]
+                part = math.prod(others, start=coefficient * slope[factor])
+                for joint, sign in zip(factor.angle.joints, factor.angle.signs):
+                    result[..., joint] += sign * part
+        return result
 
 
 def evaluate(terms: Sequence[Term], values: Array) -> Array:
