@@ -63,40 +63,47 @@ def project(chain: ScrewChain, corank: int, values: Array, tolerance: float = TO
     """Steps from each of the joint values (N, n) until ‖r‖ ≤ tolerance σ₁ or no step helps."""
     values = values.copy()
     state = Residual.at(chain, values, corank)
-    norm, relative = state.norm, state.relative
+    norm = state.norm
+    relative = state.of_scale(norm)
     damping = np.full(len(values), FIRST_DAMPING)
     idle, tries = np.zeros((2, len(values)), dtype=int)
     for _ in range(STEPS):
         active = np.flatnonzero((relative > tolerance) & (idle < PATIENCE))
         if active.size == 0:
             break
-        trial = values[active] + step(state.select(active), damping[active])
+        before, here = norm[active], state if active.size == len(values) else state.select(active)
+        trial = values[active] + step(here, before, damping[active])
         there = Residual.at(chain, trial, corank)
-        before, after = norm[active], there.norm
+        after = there.norm
         tries[active] += 1
         idle[active] = np.where(after < WORTHWHILE * before, 0, idle[active] + 1)
-        damping[active] *= np.where(after < before, LESS, MORE)
-        better = np.flatnonzero(after < before)
-        taken, there = active[better], there.select(better)
-        values[taken], norm[taken], relative[taken] = trial[better], after[better], there.relative
-        state.put(taken, there)
+        lower = after < before
+        damping[active] *= np.where(lower, LESS, MORE)
+        if not lower.all():
+            active, there, trial, after = active[lower], there.select(np.flatnonzero(lower)), trial[lower], after[lower]
+        values[active], norm[active], relative[active] = trial, after, there.of_scale(after)
+        if active.size == len(values):
+            state = there
+        else:
+            state.put(active, there)
     return SearchEnds(values, state, tries, relative <= tolerance)
 
 
-def step(at: Residual, damping: Array) -> Array:
+def step(at: Residual, norm: Array, damping: Array) -> Array:
     """−(AᵀA + μI)⁻¹Aᵀr with μ = damping ‖r‖ σ₁, cut to LONGEST_STEP, (N, n).
 
     μ falls with ‖r‖, not with its square, because strata are rarely complete intersections: A has a null space there.
 
     Args:
         at: r and A = ∂r/∂q of N configurations.
+        norm: ‖r‖, (N,).
         damping: (N,).
     """
     from robust_ik.kernels.matrices import steps
 
     count, p, n = at.derivative.shape
     size, result = min(p, n), np.empty((count, n))
-    mu = damping * at.norm * at.scale
+    mu = damping * norm * at.scale
     room = np.empty((size, size)), np.empty((1, size))
     steps(at.derivative, np.ascontiguousarray(at.weakest), mu, LONGEST_STEP, *room, result)
     return result
