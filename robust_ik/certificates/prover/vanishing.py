@@ -68,6 +68,8 @@ def _pseudo_remainder(half: HalfAngles, value: Any, divisor: Any, joint: int) ->
 
     A polynomial that is too large is returned as it is: not zero.
     """
+    if value.degrees()[joint] < divisor.degrees()[joint] or len(value) > half.effort.terms:
+        return value
     *others, leading = _by_power(half, divisor, joint)
     rest, degree = _by_power(half, value, joint), len(others)
     while len(rest) > degree and (count := sum(map(len, rest))) <= half.effort.terms:
@@ -85,7 +87,8 @@ def _pseudo_remainder(half: HalfAngles, value: Any, divisor: Any, joint: int) ->
 
 def _by_power(half: HalfAngles, value: Any, joint: int) -> list[Any]:
     """The coefficients of the powers of one joint's t, lowest first; none of zero."""
-    parts: dict[int, dict[tuple[int, ...], Any]] = {}
-    for powers, a in value.to_dict().items():
-        parts.setdefault(int(powers[joint]), {})[(*powers[:joint], 0, *powers[joint + 1 :])] = a
-    return [half.context.from_dict(parts.get(i, {})) for i in range(max(parts, default=-1) + 1)]
+    t, found = half.context.gens()[joint], []
+    while value:
+        found.append(value.subs({f"t{joint}": 0}))
+        value = (value - found[-1]) / t
+    return found
