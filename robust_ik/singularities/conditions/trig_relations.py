@@ -122,9 +122,22 @@ class Relation:
         return result
 
 
-def evaluate(terms: Sequence[Term], values: Array) -> Array:
-    """The value of each product at joint values (..., n), (..., t)."""
-    known = {factor: factor.of(values) for factor in dict.fromkeys(chain.from_iterable(terms))}
+Known = dict[Factor, Array]
+"""Values of factors at the points that relations are fitted to."""
+
+
+def evaluate(terms: Sequence[Term], values: Array, known: Known | None = None) -> Array:
+    """The value of each product at joint values (..., n), (..., t).
+
+    Args:
+        terms: The products.
+        values: The joint values.
+        known: Values of factors there, to which those that are missing are added.
+    """
+    known = {} if known is None else known
+    for factor in chain.from_iterable(terms):
+        if factor not in known:
+            known[factor] = factor.of(values)
     result = np.ones((len(terms), *values.shape[:-1]))
     for product_, term in zip(result, terms):
         for factor in term:
@@ -132,24 +145,28 @@ def evaluate(terms: Sequence[Term], values: Array) -> Array:
     return np.ascontiguousarray(np.moveaxis(result, 0, -1))
 
 
-def simplest(choices: Sequence[Sequence[Angle]], values: Array, *, odd: bool = False) -> Relation | None:
+def simplest(
+    choices: Sequence[Sequence[Angle]], values: Array, *, odd: bool = False, known: Known | None = None
+) -> Relation | None:
     """The relation with the fewest terms, over sets of angles with the same condition; None if none is short.
 
     Args:
         choices: Sets of angles of which no subset is related.
         values: Points of one stratum, (N, n).
         odd: Whether to try half angles and higher degrees too: for points of one component only.
+        known: Values of factors at these points, kept from one call to the next.
     """
+    known = {} if known is None else known
     for stage in (linear_bases, product_bases, *([other_bases] if odd else [])):
-        fitted = [relation for angles in choices if (relation := _first_fit(stage(angles), values)) is not None]
+        fitted = [relation for angles in choices if (relation := _first_fit(stage(angles), values, known)) is not None]
         short = [each for each in fitted if len(each.terms) <= (SHORT_ODD if stage is other_bases else SHORT)]
         if short:
             return min(short, key=lambda relation: (len(relation.terms), _factors(relation)))
     return None
 
 
-def _first_fit(bases: Sequence[tuple[Term, ...]], values: Array) -> Relation | None:
-    fitting = (_null_vector(terms, values) for terms in bases if len(values) >= 2 * len(terms))
+def _first_fit(bases: Sequence[tuple[Term, ...]], values: Array, known: Known) -> Relation | None:
+    fitting = (_null_vector(terms, values, known) for terms in bases if len(values) >= 2 * len(terms))
     return next((relation for relation in fitting if relation is not None), None)
 
 
@@ -198,9 +215,9 @@ def _functions(angle: Angle, degree: int) -> list[Factor | None]:
     return waves if degree % 2 else [None, *waves]
 
 
-def _null_vector(terms: tuple[Term, ...], values: Array) -> Relation | None:
+def _null_vector(terms: tuple[Term, ...], values: Array, known: Known) -> Relation | None:
     """The only combination of products that vanishes at the points, without outliers; None if it is not unique."""
-    products = evaluate(terms, values)
+    products = evaluate(terms, values, known)
     kept = np.ones(len(values), dtype=bool)
     for _ in range(TRIMS):
         found = svd(products[kept])
