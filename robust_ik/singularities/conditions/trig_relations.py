@@ -139,9 +139,9 @@ def evaluate(terms: Sequence[Term], values: Array, known: Known | None = None) -
         if factor not in known:
             known[factor] = factor.of(values)
     result = np.ones((len(terms), *values.shape[:-1]))
-    for product_, term in zip(result, terms):
+    for place, term in enumerate(terms):
         for factor in term:
-            product_ *= known[factor]
+            result[place] *= known[factor]
     return np.ascontiguousarray(np.moveaxis(result, 0, -1))
 
 
