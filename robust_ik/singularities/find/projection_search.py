@@ -72,7 +72,7 @@ def project(chain: ScrewChain, corank: int, values: Array, tolerance: float = TO
         if active.size == 0:
             break
         before, here = norm[active], state if active.size == len(values) else state.select(active)
-        trial = values[active] + step(here, before, damping[active])
+        trial = values[active] + step(here, damping[active])
         there = Residual.at(chain, trial, corank)
         after = there.norm
         tries[active] += 1
@@ -89,21 +89,20 @@ def project(chain: ScrewChain, corank: int, values: Array, tolerance: float = TO
     return SearchEnds(values, state, tries, relative <= tolerance)
 
 
-def step(at: Residual, norm: Array, damping: Array) -> Array:
+def step(at: Residual, damping: Array) -> Array:
     """−(AᵀA + μI)⁻¹Aᵀr with μ = damping ‖r‖ σ₁, cut to LONGEST_STEP, (N, n).
 
     μ falls with ‖r‖, not with its square, because strata are rarely complete intersections: A has a null space there.
 
     Args:
         at: r and A = ∂r/∂q of N configurations.
-        norm: ‖r‖, (N,).
         damping: (N,).
     """
     from robust_ik.kernels.matrices import steps
 
     count, p, n = at.derivative.shape
     size, result = min(p, n), np.empty((count, n))
-    mu = damping * norm * at.scale
+    mu = damping * at.norm * at.scale
     room = np.empty((size, size)), np.empty((1, size))
     steps(at.derivative, np.ascontiguousarray(at.weakest), mu, LONGEST_STEP, *room, result)
     return result
