@@ -45,6 +45,10 @@ class SearchEnds:
             self.values.copy(), self.residual.select(everything), self.tries.copy(), self.converged.copy()
         )
 
+    def select(self, which: Indices) -> SearchEnds:
+        """Some of the ends."""
+        return SearchEnds(self.values[which], self.residual.select(which), self.tries[which], self.converged[which])
+
     def put(self, which: Indices, other: SearchEnds, better: Mask) -> None:
         """Replaces some ends by better ones of another search, and adds its steps to all.
 
