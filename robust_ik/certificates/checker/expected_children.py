@@ -84,6 +84,8 @@ def moved(value: Coefficients, branch: FieldBranch) -> Coefficients:
 
 def image(value: Coefficients, theta: Coefficients, field: Coefficients) -> Coefficients:
     """The element with θ replaced by another element."""
+    if len(value) == 1:  # θ does not occur
+        return (str(Fraction(value[0])),)
     result = _image(value, [Fraction(a) for a in theta], [Fraction(a) for a in field])
     while len(result) > 1 and not result[-1]:
         result.pop()

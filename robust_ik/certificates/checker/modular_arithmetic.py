@@ -41,7 +41,17 @@ def random_prime(rng: random.Random) -> int:
 
 def fraction(text: str, prime: int) -> int:
     """A fraction, given as text, modulo a prime."""
-    spend(5 + (len(text) / 40) ** 2)
+    spend(fraction_steps(text))
+    return residue(text, prime)
+
+
+def fraction_steps(text: str) -> float:
+    """The steps that reading a fraction takes."""
+    return 5 + (len(text) / 40) ** 2
+
+
+def residue(text: str, prime: int) -> int:
+    """`fraction` without counting its steps, for callers that count them."""
     above, _, below = text.partition("/")
     return (int(above) * inverse(int(below), prime) if below else int(above)) % prime
 
@@ -60,15 +70,16 @@ def determinant(matrix: Sequence[Sequence[Any]], prime: int) -> Any:
     spend(10 * size * 2**size)
     for row in matrix:
         grown: dict[int, Any] = {}
+        entries = [(column, 1 << column, entry) for column, entry in enumerate(row) if entry]
         for used, value in minors.items():
-            for column in range(size):
-                bit = 1 << column
+            for column, bit, entry in entries:
                 if not used & bit:
-                    sign = -1 if (used >> column).bit_count() % 2 else 1
-                    term = sign * row[column] * value
+                    term = entry * value
+                    if (used >> column).bit_count() % 2:
+                        term = -term
                     grown[used | bit] = grown[used | bit] + term if used | bit in grown else term
         minors = {used: value % prime for used, value in grown.items()}
-    return minors[(1 << size) - 1]
+    return minors.get((1 << size) - 1, 0)
 
 
 def determinant_of_numbers(matrix: Sequence[Sequence[int]], prime: int) -> int:

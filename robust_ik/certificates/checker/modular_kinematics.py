@@ -6,10 +6,10 @@ import random
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
-from robust_ik.certificates.checker.modular_arithmetic import UnluckyError, fraction
+from robust_ik.certificates.checker.modular_arithmetic import UnluckyError, fraction_steps, residue
 from robust_ik.certificates.checker.modular_rings import Ring
 from robust_ik.certificates.proof.case_tree import Form
 from robust_ik.certificates.proof.counted_steps import spend
@@ -17,6 +17,8 @@ from robust_ik.certificates.proof.proof import Arm
 
 ROW_NAMES = ("x", "y", "z", "wx", "wy", "wz")
 
+Links = tuple[tuple[tuple[str, ...], ...], ...]
+"""Constant transforms as an arm states them: three rows of a rotation, then a translation, fractions as text."""
 Point = dict[int, tuple[Any, Any]]
 """Joint → (x, y); (1, d) for a sliding joint at length d."""
 
@@ -61,14 +63,16 @@ class ModularReplay:
             axis = [row[2] for row in axes]
             lever = [(a - b) % p for a, b in zip(reference, place)]
             twist = (axis, [0, 0, 0]) if joint in self.arm.sliding else (_cross(axis, lever), axis)
-            both = [(a * x + b * y + c * z) % p for x, y, z in twist for a, b, c in directions]
+            both = [dot(direction, vector) % p for vector in twist for direction in directions]
             columns.append([both[ROW_NAMES.index(name)] for name in self.arm.rows])
         return [list(row) for row in zip(*columns)]
 
     @cached_property
     def _links(self) -> list[list[list[int]]]:
         """The constant transforms modulo the prime."""
-        return [[[fraction(value, self.ring.prime) for value in row] for row in link] for link in self.arm.links]
+        found, steps = _modular(self.arm.links, self.ring.prime)
+        spend(steps)
+        return found
 
     def _frames(self, point: Point) -> list[tuple[list[Any], list[list[Any]]]]:
         """Origin and axes of every joint's moved frame, and of the tip, in the base."""
@@ -77,9 +81,10 @@ class ModularReplay:
         axes: list[list[Any]] = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
         result = []
         for i, numbers in enumerate(self._links):
-            *rotation, (x, y, z) = numbers
-            place = [(at + (a * x + b * y + c * z)) % p for at, (a, b, c) in zip(place, axes)]
-            axes = [[(a * x + b * y + c * z) % p for x, y, z in zip(*rotation)] for a, b, c in axes]
+            *rotation, offset = numbers
+            columns = list(zip(*rotation))
+            place = [(at + dot(row, offset)) % p for at, row in zip(place, axes)]
+            axes = [[dot(row, column) % p for column in columns] for row in axes]
             if i in self.arm.sliding:
                 place = [(a + row[2] * self._length(*point[i])) % p for a, row in zip(place, axes)]
             elif i < len(self.arm.joints):
@@ -99,6 +104,22 @@ class ModularReplay:
         p = self.ring.prime
         scale = self.ring.inverse((x * x + y * y) % p)
         return (x * x - y * y) * scale % p, 2 * x * y * scale % p
+
+
+@lru_cache(maxsize=8)
+def _modular(links: Links, prime: int) -> tuple[list[list[list[int]]], float]:
+    """Constant transforms modulo a prime, and the steps that this takes; most cases of a proof share their prime."""
+    found = [[[residue(value, prime) for value in row] for row in link] for link in links]
+    return found, sum(fraction_steps(value) for link in links for row in link for value in row)
+
+
+def dot(u: Sequence[Any], v: Sequence[Any]) -> Any:
+    """Σ uᵢ vᵢ, not reduced; zeros, which are most entries of links, are skipped."""
+    result: Any = 0
+    for a, b in zip(u, v):
+        if a and b:
+            result = a * b + result
+    return result
 
 
 def random_point(joint: int, arm: Arm, rng: random.Random, prime: int) -> tuple[int, int]:

@@ -21,7 +21,10 @@ from robust_ik.certificates.proof.counted_steps import spend
 
 
 class Element:
-    """An element of 𝔽ₚ[θ]/(m) for m of degree at least 2; it can be combined with integers."""
+    """An element of 𝔽ₚ[θ]/(m) for m of degree at least 2; it can be combined with integers.
+
+    Sums and multiples are not reduced modulo p: `%` does that, as for integers.
+    """
 
     __slots__ = ("ring", "values")
 
@@ -47,7 +50,7 @@ class Element:
 
     def __mul__(self, other: Any) -> Element:
         if isinstance(other, int):
-            return Element(self.ring, [a * other % self.ring.prime for a in self.values])
+            return Element(self.ring, [a * other for a in self.values])
         spend(3 * len(self.values) ** 2)
         product = [0] * (2 * len(self.values) - 1)
         for i, a in enumerate(self.values):
@@ -95,9 +98,10 @@ class Ring:
         return len(self.monic) - 1
 
     def number(self, coefficients: Coefficients) -> Any:
-        """The element given by a polynomial in θ."""
+        """The element given by a polynomial in θ; a plain integer if θ does not occur."""
         if coefficients not in self._cache:
-            self._cache[coefficients] = self.element([fraction(value, self.prime) for value in coefficients])
+            values = [fraction(value, self.prime) for value in coefficients]
+            self._cache[coefficients] = values[0] if len(values) == 1 else self.element(values)
         return self._cache[coefficients]
 
     def element(self, values: list[int]) -> Any:

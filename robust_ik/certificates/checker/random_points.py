@@ -15,7 +15,7 @@ from robust_ik.certificates.checker.modular_arithmetic import (
     product,
     trimmed,
 )
-from robust_ik.certificates.checker.modular_kinematics import ModularReplay, Point, collect, evaluate, random_point
+from robust_ik.certificates.checker.modular_kinematics import ModularReplay, Point, collect, dot, evaluate, random_point
 from robust_ik.certificates.checker.modular_rings import Element, Ring
 from robust_ik.certificates.proof.case_tree import Form, FormFactor, Node, Source, State
 from robust_ik.certificates.proof.proof import Proof
@@ -112,11 +112,9 @@ def _minor(place: RandomPoint, proof: Proof, node: Node, source: Source) -> Any:
     require(all(column < len(arm.joints) for column in source.columns), "a minor of no joint")
     require(all(len(row) == len(arm.rows) for row in source.rows), "weights of no row")
     matrix = ModularReplay(arm, proof.link, ring).jacobian(place.point)
+    columns = list(zip(*matrix))
     weights = [[ring.number(weight) for weight in row] for row in source.rows]
-    chosen = [
-        [sum((w * matrix[i][column] for i, w in enumerate(row)), start=0) % p for column in source.columns]
-        for row in weights
-    ]
+    chosen = [[dot(row, columns[column]) % p for column in source.columns] for row in weights]
     value = determinant(chosen, p)
     for joint, degree in node.degrees:
         free = joint in place.point and joint not in node.state.pinned

@@ -132,19 +132,30 @@ def to_json(proof: Proof) -> str:
     """A proof as JSON text."""
     data: dict[str, Any] = {"format": FORMAT, "version": VERSION, "status": proof.status}
     data |= {"corank": proof.corank, "link": proof.link, "reason": proof.reason}
-    data["arm"] = None if proof.arm is None else _plain(proof.arm) | {"sliding": list(proof.arm.sliding)}
-    data["nodes"] = [_plain(node) for node in proof.nodes]
+    data["arm"] = None if proof.arm is None else _plain(proof.arm, {}) | {"sliding": list(proof.arm.sliding)}
+    known: dict[int, Any] = {}
+    data["nodes"] = [_plain(node, known) for node in proof.nodes]
     return json.dumps(data, separators=(",", ":"), ensure_ascii=True)
 
 
-def _plain(value: Any) -> Any:
-    """Dataclasses as objects without default values, tuples as lists."""
+def _plain(value: Any, known: dict[int, Any]) -> Any:
+    """Dataclasses as objects without default values, tuples as lists.
+
+    Args:
+        value: A part of a proof.
+        known: Forms that were converted before, by identity: most are in many cases of a proof.
+    """
     if isinstance(value, tuple):
-        return [_plain(item) for item in value]
+        return [_plain(item, known) for item in value]
     if value is None or isinstance(value, (str, int)):
         return value
+    if id(value) in known:
+        return known[id(value)]
     given = ((name, getattr(value, name), default) for name, default in _defaults(value.__class__))
-    return {name: _plain(item) for name, item, default in given if item != default}
+    plain = {name: _plain(item, known) for name, item, default in given if item != default}
+    if isinstance(value, Form):
+        known[id(value)] = plain
+    return plain
 
 
 @cache
@@ -170,7 +181,9 @@ def from_json(text: str) -> Proof:
     arm = None if data.get("arm") is None else _arm(data["arm"], data["version"])
     nodes = a_list(data.get("nodes"), "nodes", MAX_NODES)
     corank, link = an_integer(data.get("corank"), "corank", 1, 6), an_integer(data.get("link"), "link", 0, MAX_JOINTS)
-    return Proof(arm, corank, link, tuple(_node(node) for node in nodes), a_text(data.get("reason", ""), "reason"))
+    known: Forms = {}
+    read = tuple(_node(node, known) for node in nodes)
+    return Proof(arm, corank, link, read, a_text(data.get("reason", ""), "reason"))
 
 
 # ---------------------------------------------------------------------------------------------------- the parts
@@ -200,7 +213,11 @@ def _link(data: Any) -> tuple[tuple[str, ...], ...]:
     return rows
 
 
-def _node(data: Any) -> Node:
+Forms = dict[str, Form]
+"""The forms of a proof that were read before, by their text: most are in many cases."""
+
+
+def _node(data: Any, known: Forms) -> Node:
     data = an_object(data, "a node", {each.name for each in fields(Node)})
     kind = data.get("kind", "open")
     if kind not in ("split", "contradiction", "leaf", "implicit", "subsumed", "open"):
@@ -209,13 +226,13 @@ def _node(data: Any) -> Node:
     if not isinstance(norm, bool):
         raise CertificateError("norm is true or false")
     return Node(
-        _state(data.get("state", {})),
+        _state(data.get("state", {}), known),
         kind,
         None if data.get("source") is None else _source(data["source"]),
         norm,
         coefficients(data.get("constant", ["1"])),
         pairs(data.get("degrees", []), "degrees"),
-        tuple(_factor(factor) for factor in a_list(data.get("factors", []), "factors", 200)),
+        tuple(_factor(factor, known) for factor in a_list(data.get("factors", []), "factors", 200)),
         pairs(data.get("relations", []), "relations"),
         an_integer(data.get("leaf", -1), "leaf", -1, MAX_NODES),
         coefficients(data.get("image", ["0"])),
@@ -223,10 +240,10 @@ def _node(data: Any) -> Node:
     )
 
 
-def _state(data: Any) -> State:
+def _state(data: Any, known: Forms) -> State:
     data = an_object(data, "state", {"pins", "generators", "field"})
     pins = tuple(_pin(pin) for pin in a_list(data.get("pins", []), "pins", MAX_JOINTS))
-    generators = tuple(_form(form) for form in a_list(data.get("generators", []), "generators", 100))
+    generators = tuple(_form(form, known) for form in a_list(data.get("generators", []), "generators", 100))
     return State(pins, generators, coefficients(data.get("field", ["0", "1"])))
 
 
@@ -236,7 +253,14 @@ def _pin(data: Any) -> ExactPin:
     return ExactPin(joint, coefficients(data.get("x")), coefficients(data.get("y")))
 
 
-def _form(data: Any) -> Form:
+def _form(data: Any, known: Forms) -> Form:
+    text = str(data)  # of what JSON gives: the same only for the same values of the same types
+    if text not in known:
+        known[text] = _new_form(data)
+    return known[text]
+
+
+def _new_form(data: Any) -> Form:
     data = an_object(data, "a form", {"joints", "degrees", "terms"})
     joints = tuple(an_integer(j, "joint", 0, MAX_JOINTS - 1) for j in a_list(data.get("joints"), "joints", MAX_JOINTS))
     degrees = tuple(an_integer(d, "degree", 0, MAX_DEGREE) for d in a_list(data.get("degrees"), "degrees", MAX_JOINTS))
@@ -270,14 +294,14 @@ def _source(data: Any) -> Source:
     return Source(kind, rows, columns, first, second, joint)
 
 
-def _factor(data: Any) -> FormFactor:
+def _factor(data: Any, known: Forms) -> FormFactor:
     data = an_object(data, "a factor", {each.name for each in fields(FormFactor)})
     kind = data.get("kind")
     if kind not in ("pin", "relation", "roots", "unreal"):
         raise CertificateError(f"a factor cannot be {str(kind)[:40]!r}")
     return FormFactor(
         kind,
-        _form(data.get("form")),
+        _form(data.get("form"), known),
         an_integer(data.get("power"), "power", 1, MAX_DEGREE),
         an_integer(data.get("child", -1), "child", -1, MAX_NODES),
         an_integer(data.get("multiple", 1), "multiple", 1, 1000),

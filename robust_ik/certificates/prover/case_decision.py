@@ -16,6 +16,7 @@ from robust_ik.certificates.prover.half_angle_forms import HalfAngles, Homogeneo
 from robust_ik.certificates.prover.jacobian_columns import Columns
 from robust_ik.certificates.prover.minors import Minor, reduced
 from robust_ik.certificates.prover.number_fields import Field
+from robust_ik.certificates.prover.remembered import Memory
 from robust_ik.certificates.prover.trig_polynomials import Trig
 from robust_ik.certificates.prover.vanishing import divides, triangular, vanishes
 
@@ -59,12 +60,14 @@ class Case:
         corank: Rank deficiency.
         state: The conditions.
         effort: The effort that is left.
+        memory: Results of the case split so far.
     """
 
     columns: Columns
     corank: int
     state: State
     effort: Effort
+    memory: Memory
 
     @property
     def arm(self) -> ExactArm:
@@ -74,7 +77,7 @@ class Case:
     @cached_property
     def half(self) -> HalfAngles:
         """The forms over the state's field."""
-        return HalfAngles(self.arm.n, Field(self.state.field), self.effort, self.arm.sliding)
+        return HalfAngles(self.arm.n, Field(self.state.field), self.effort, self.arm.sliding, self.memory)
 
     def decide(self) -> Decision:
         """The decision: a leaf, a contradiction, or a polynomial to branch on."""
@@ -105,7 +108,7 @@ class Case:
         found: dict[str, tuple[int, Homogeneous]] = {}
         for index, value, factored in self._generators:
             if factored.cost == (1, 0, 1) and factored.factors[0][1] == 1 and not factored.norm:
-                found.setdefault(str(factored.factors[0][0].value), (index, value))
+                found.setdefault(factored.factors[0][0].key[0], (index, value))
         return sorted(found.values(), key=lambda pair: (len(pair[1].joints), len(pair[1].value)))
 
     @cached_property
@@ -118,7 +121,14 @@ class Case:
 
     def vanishes(self, value: Homogeneous) -> bool:
         """Whether a form is zero at generic points of the relations."""
-        return not value.value or vanishes(self.half, value.value, [relation.value for _, relation in self.live])
+        return self._zero_on(value, [relation for _, relation in self.live])
+
+    def _zero_on(self, value: Homogeneous, relations: list[Homogeneous]) -> bool:
+        if not value.value:
+            return True
+        key = ("vanishes", value.key[0], tuple(each.key[0] for each in relations), self.state.field)
+        forms = [each.value for each in relations]
+        return self.memory.recall(key, self.effort, lambda: vanishes(self.half, value.value, forms))
 
     def follows(self, value: Homogeneous) -> bool:
         """Whether a form is zero everywhere on the relations: zero, or a multiple of one of them."""
@@ -135,7 +145,7 @@ class Case:
             return self._constant(matrix.constant(size), matrix.determinant(size))
         factor = trig.element(matrix.determinant(size))
         minors = [(each, self.half.of(trig.reduce(each.value * factor))) for each in matrix.minors(size, self.effort)]
-        leaf = self._leaf([value.value for _, value in minors])
+        leaf = self._leaf([value for _, value in minors])
         if leaf:
             return leaf
         candidates = [(minor, value) for minor, value in minors if not self.vanishes(value)]
@@ -143,14 +153,14 @@ class Case:
             return Decision("implicit", reason="the relations cannot be solved one after another")
         return self._cheapest(sorted(candidates, key=lambda pair: len(pair[1].value)))
 
-    def _leaf(self, minors: list[Any]) -> Decision | None:
+    def _leaf(self, minors: list[Homogeneous]) -> Decision | None:
         """A leaf with the fewest relations that make all minors vanish, if they can be solved one after another."""
         for size in range(min(len(self.live), MAX_RELATIONS) + 1):
             for chosen in itertools.combinations(self.live, size):
-                relations = [relation.value for _, relation in chosen]
-                order = next(triangular(relations), None)
-                if order is not None and all(vanishes(self.half, minor, relations) for minor in minors):
-                    indices = {str(relation.value): index for index, relation in chosen}
+                relations = [relation for _, relation in chosen]
+                order = next(triangular([relation.value for relation in relations]), None)
+                if order is not None and all(self._zero_on(minor, relations) for minor in minors):
+                    indices = {relation.key[0]: index for index, relation in chosen}
                     return Decision("leaf", relations=tuple((indices[str(f)], joint) for f, joint in order))
         return None
 
@@ -204,6 +214,10 @@ class Case:
         return best
 
     def _resultant(self, f: Homogeneous, g: Homogeneous, joint: int) -> Homogeneous | None:
+        key = ("resultant", f.key, g.key, joint, self.state.field)
+        return self.memory.recall(key, self.effort, lambda: self._new_resultant(f, g, joint))
+
+    def _new_resultant(self, f: Homogeneous, g: Homogeneous, joint: int) -> Homogeneous | None:
         a, b = f.degrees[joint], g.degrees[joint]
         degrees = [b * m + a * n for m, n in zip(f.degrees, g.degrees)]
         degrees[joint] = 0

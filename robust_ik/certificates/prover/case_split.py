@@ -10,12 +10,13 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from robust_ik.certificates.effort import Effort, TooLargeError
-from robust_ik.certificates.proof.case_tree import Node, State
+from robust_ik.certificates.proof.case_tree import ExactPin, Node, State
 from robust_ik.certificates.prover.case_decision import Case, Decision
 from robust_ik.certificates.prover.child_cases import factors, image
 from robust_ik.certificates.prover.exact_arm import ExactArm
 from robust_ik.certificates.prover.jacobian_columns import Columns
 from robust_ik.certificates.prover.number_fields import Field, coefficients, poly
+from robust_ik.certificates.prover.remembered import Memory
 
 MAX_NODES = 5000
 """Most cases before the prover gives up. Chosen: nine times the Panda's for corank 2 (565); a split may never end."""
@@ -44,6 +45,7 @@ class _Splitter:
     ids: dict[State, int] = field(default_factory=dict)
     waiting: list[tuple[int, int]] = field(default_factory=list)
     leaves: list[int] = field(default_factory=list)
+    memory: Memory = field(default_factory=Memory)
 
     def run(self) -> tuple[Node, ...]:
         self._node(State())
@@ -67,7 +69,7 @@ class _Splitter:
         return self.ids[state]
 
     def _case(self, state: State) -> Case:
-        return Case(self.columns, self.corank, state, self.effort)
+        return Case(self.columns, self.corank, state, self.effort, self.memory)
 
     def _treat(self, state: State) -> Node:
         case = self._case(state)
@@ -113,8 +115,9 @@ class _Splitter:
                 self.nodes[index] = inside
 
     def _inside(self, case: Case, leaves: list[int]) -> Node | None:
+        pins = case.state.pinned
         for index in leaves:
-            theta = _embedding(case.state, self.nodes[index].state)
+            theta = _embedding(pins, case.half.field, self.nodes[index].state)
             if theta is not None and self._relations_hold(case, self.nodes[index], theta):
                 return Node(case.state, "subsumed", leaf=index, image=coefficients(theta))
         return None
@@ -129,13 +132,12 @@ class _Splitter:
         return True
 
 
-def _embedding(state: State, leaf: State) -> Any | None:
-    """θ of a leaf's field, in the state's field, for which the leaf's pins hold; None if there is none."""
-    field, pins = Field(state.field), state.pinned
-    if any(pin.joint not in pins for pin in leaf.pins):
-        return None
-    if any(pins[pin.joint].x != pin.x or (len(pin.y) == 1 and pins[pin.joint].y != pin.y) for pin in leaf.pins):
-        return None
+def _embedding(pins: dict[int, ExactPin], field: Field, leaf: State) -> Any | None:
+    """θ of a leaf's field, in a state's field, for which the leaf's pins hold; None without one."""
+    for pin in leaf.pins:
+        mine = pins.get(pin.joint)
+        if mine is None or mine.x != pin.x or (len(pin.y) == 1 and mine.y != pin.y):
+            return None
     algebraic = [pin for pin in leaf.pins if len(pin.y) > 1]
     for theta in [poly(("0",))] if not algebraic else _thetas(field, [pins[pin.joint].y for pin in algebraic]):
         pairs = ((pins[pin.joint], pin) for pin in leaf.pins)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 from flint import fmpq_poly
@@ -24,7 +25,7 @@ class Factored:
     factors: tuple[tuple[Homogeneous, int], ...]
     norm: bool = False
 
-    @property
+    @cached_property
     def cost(self) -> tuple[int, int, int]:
         """The cost of branching on it: numbers of factors in several joints, of algebraic ones, of all."""
         several = sum(len(factor.joints) > 1 for factor, _ in self.factors)
@@ -38,6 +39,11 @@ def factor(half: HalfAngles, value: Homogeneous) -> Factored:
     Raises:
         TooLargeError: It has too many terms.
     """
+    key = ("factored", value.key, half.field.modulus)
+    return half.memory.recall(key, half.effort, lambda: _factored(half, value))
+
+
+def _factored(half: HalfAngles, value: Homogeneous) -> Factored:
     half.effort.check_terms(len(value.value), "a polynomial")
     half.effort.spend(10 + 2 * len(value.value))
     if half.field.is_rational:

@@ -10,14 +10,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from dataclasses import field as dataclass_field
 from functools import cached_property
 from typing import Any
 
 from flint import Ordering, fmpq_mpoly_ctx
 
 from robust_ik.certificates.effort import Effort
-from robust_ik.certificates.proof.case_tree import Form, State
+from robust_ik.certificates.proof.case_tree import ExactPin, Form, State
 from robust_ik.certificates.prover.number_fields import Field, poly
+from robust_ik.certificates.prover.remembered import Memory
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,10 +34,15 @@ class Homogeneous:
     value: Any
     degrees: tuple[int, ...]
 
-    @property
+    @cached_property
     def joints(self) -> tuple[int, ...]:
         """Joints it involves."""
         return tuple(i for i, degree in enumerate(self.degrees) if degree)
+
+    @cached_property
+    def key(self) -> tuple[str, tuple[int, ...]]:
+        """What tells it from others: its text and its degrees."""
+        return str(self.value), self.degrees
 
 
 @dataclass(frozen=True)
@@ -47,12 +54,14 @@ class HalfAngles:
         field: ℚ(θ).
         effort: The effort that is left.
         sliding: The prismatic joints.
+        memory: Results of the case split so far.
     """
 
     n: int
     field: Field
     effort: Effort
     sliding: frozenset[int] = frozenset()
+    memory: Memory = dataclass_field(default_factory=Memory, compare=False, repr=False)
 
     @cached_property
     def context(self) -> Any:
@@ -91,6 +100,9 @@ class HalfAngles:
     # ------------------------------------------------------------------------------------------ to and from forms
     def of(self, value: Any) -> Homogeneous:
         """A trigonometric polynomial in normal form, as a form: value · Π (x² + y²)^d."""
+        return self.memory.recall(("form", self.field.modulus, str(value)), self.effort, lambda: self._of(value))
+
+    def _of(self, value: Any) -> Homogeneous:
         n, terms = self.n, value.to_dict()
         self.effort.spend(2 + len(terms))
         degrees = [max(powers[i] + powers[n + i] for powers in terms) for i in range(n)]
@@ -114,6 +126,9 @@ class HalfAngles:
 
     def parse(self, form: Form) -> Homogeneous:
         """The inverse of `form`."""
+        return self.memory.recall(("parsed", form), self.effort, lambda: self._parse(form))
+
+    def _parse(self, form: Form) -> Homogeneous:
         terms, degrees = {}, [0] * self.n
         for joint, degree in zip(form.joints, form.degrees):
             degrees[joint] = degree
@@ -128,10 +143,13 @@ class HalfAngles:
 
     def restrict(self, value: Homogeneous, state: State) -> Homogeneous:
         """A form with the pins of a state inserted."""
+        pins = tuple(pin for pin in state.pins if value.degrees[pin.joint])
+        key = ("restricted", value.key, pins, self.field.modulus)
+        return self.memory.recall(key, self.effort, lambda: self._restrict(value, pins))
+
+    def _restrict(self, value: Homogeneous, pins: Sequence[ExactPin]) -> Homogeneous:
         result, degrees = value.value, list(value.degrees)
-        for pin in state.pins:
-            if degrees[pin.joint] == 0:
-                continue
+        for pin in pins:
             if not any(poly(pin.x).coeffs()):
                 terms = {p: a for p, a in result.to_dict().items() if p[pin.joint] == degrees[pin.joint]}
                 kept = {(*p[: pin.joint], 0, *p[pin.joint + 1 :]): a for p, a in terms.items()}

@@ -5,11 +5,14 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 from robust_ik.certificates.effort import Effort
 from robust_ik.certificates.prover.number_fields import Element, coefficients
 from robust_ik.certificates.prover.trig_polynomials import Trig
+
+Texts = tuple[tuple[str, ...], ...]
 
 
 @dataclass(frozen=True)
@@ -23,7 +26,7 @@ class Minor:
     """
 
     value: Any
-    rows: tuple[tuple[tuple[str, ...], ...], ...]
+    rows: tuple[Texts, ...]
     columns: tuple[int, ...]
 
 
@@ -75,9 +78,19 @@ class ReducedMatrix:
         rows = tuple(tuple(coefficients(value) for value in weights) for _, weights, _ in kept)
         return Minor(None, rows, tuple(column for column, *_ in kept))
 
-    def _weights(self, rows: tuple[int, ...]) -> tuple[tuple[tuple[str, ...], ...], ...]:
-        chosen = [weights for _, weights, _ in self.pivots] + [self.weights[i] for i in rows]
-        return tuple(tuple(coefficients(value) for value in weights) for weights in chosen)
+    def _weights(self, rows: tuple[int, ...]) -> tuple[Texts, ...]:
+        pivots, rest = self._texts
+        return (*pivots, *(rest[i] for i in rows))
+
+    @cached_property
+    def _texts(self) -> tuple[tuple[Texts, ...], tuple[Texts, ...]]:
+        """The weights of the pivots' rows and of the remaining rows, each element as its coefficients."""
+        pivots = [weights for _, weights, _ in self.pivots]
+        first, rest = (
+            tuple(tuple(coefficients(value) for value in weights) for weights in each)
+            for each in (pivots, self.weights)
+        )
+        return first, rest
 
     def _minor(self, rows: tuple[int, ...], columns: tuple[int, ...], cache: dict[Any, Any]) -> Any:
         if not rows:

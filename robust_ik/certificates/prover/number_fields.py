@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 from flint import Ordering, fmpq, fmpq_mpoly_ctx, fmpq_poly
@@ -17,6 +17,8 @@ from robust_ik.certificates.proof.real_roots import has_real_root
 
 Element = Any
 """An fmpq_poly in θ."""
+KEPT = 10_000
+"""Most polynomials that are kept instead of read again. Chosen: those of a proof of 500 cases; some 200 bytes each."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,8 @@ class Field:
 
     def inverse(self, value: Element) -> Element:
         """1/value of a non-zero element."""
+        if self.is_rational and (number := self.reduce(value)):
+            return fmpq_poly([1 / number[0]])
         common, factor, _ = value.xgcd(self.polynomial)
         if common.degree() != 0:
             raise ZeroDivisionError("not invertible: the modulus is not irreducible or the element is zero")
@@ -73,6 +77,7 @@ class Component:
     real: bool
 
 
+@lru_cache(maxsize=KEPT)
 def poly(coefficients: tuple[str, ...]) -> Any:
     """Coefficients, lowest first, as "3/2" → fmpq_poly."""
     return fmpq_poly([fmpq(*map(int, text.split("/"))) for text in coefficients])

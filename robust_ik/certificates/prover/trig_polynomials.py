@@ -61,6 +61,8 @@ class Trig:
     def reduce(self, value: Any) -> Any:
         """The normal form: no sᵢ², θ below the degree of its modulus."""
         degrees = value.degrees()
+        if max(degrees[: self.n]) <= 1 and degrees[-1] < self.field.degree:
+            return value
         for i, relation in enumerate(self._relations):
             if degrees[i] > 1 and i not in self.sliding:
                 value = divmod(value, relation)[1]

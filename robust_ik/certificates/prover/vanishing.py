@@ -68,17 +68,27 @@ def _pseudo_remainder(half: HalfAngles, value: Any, divisor: Any, joint: int) ->
 
     A polynomial that is too large is returned as it is: not zero.
     """
+    if value.degrees()[joint] < divisor.degrees()[joint] or len(value) > half.effort.terms:
+        return value
+    *others, leading = _by_power(half, divisor, joint)
+    rest, degree = _by_power(half, value, joint), len(others)
+    while len(rest) > degree and (count := sum(map(len, rest))) <= half.effort.terms:
+        half.effort.spend(1 + count * len(divisor) // 32)
+        head = rest.pop()
+        rest = [leading * a for a in rest]
+        for i, b in enumerate(others, start=len(rest) - degree):
+            rest[i] -= head * b
+        rest = [half.reduce(a) for a in rest]
+        while rest and not rest[-1]:
+            rest.pop()
     t = half.context.gens()[joint]
-    degree = divisor.degrees()[joint]
-    leading = _coefficient(half, divisor, joint, degree)
-    while value and value.degrees()[joint] >= degree and len(value) <= half.effort.terms:
-        half.effort.spend(1 + len(value) * len(divisor) // 32)
-        power = value.degrees()[joint]
-        head = _coefficient(half, value, joint, power)
-        value = half.reduce(leading * value - head * t ** (power - degree) * divisor)
-    return value
+    return sum((a * t**i for i, a in enumerate(rest)), start=half.context.constant(0))
 
 
-def _coefficient(half: HalfAngles, value: Any, joint: int, power: int) -> Any:
-    terms = {(*p[:joint], 0, *p[joint + 1 :]): a for p, a in value.to_dict().items() if p[joint] == power}
-    return half.context.from_dict(terms)
+def _by_power(half: HalfAngles, value: Any, joint: int) -> list[Any]:
+    """The coefficients of the powers of one joint's t, lowest first; none of zero."""
+    t, found = half.context.gens()[joint], []
+    while value:
+        found.append(value.subs({f"t{joint}": 0}))
+        value = (value - found[-1]) / t
+    return found

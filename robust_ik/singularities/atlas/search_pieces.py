@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,10 +12,12 @@ from robust_ik.certificates.certify import certify_plain
 from robust_ik.certificates.proof import Arm
 from robust_ik.runtime.parallel import chunk_sizes
 from robust_ik.singularities.atlas.proof_evidence import ProofOutcome
-from robust_ik.singularities.find.find_points import Method, find_points
+from robust_ik.singularities.find.find_points import Method, find_points, find_together
 from robust_ik.singularities.find.points_found import Points
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 
+TOGETHER = 3
+"""Most chunks that one process searches at once: all 1500 starts of a hold-out. More: Ctrl-C loses more."""
 CHUNK = 500
 """Starts in a chunk; with more, products of their matrices would be split among threads."""
 
@@ -80,3 +83,30 @@ class ProofOf:
 def run(piece: Chunk | ProofOf) -> Points | ProofOutcome:
     """The result of a piece."""
     return piece.run()
+
+
+def run_together(pieces: Sequence[Chunk | ProofOf]) -> list[Points | ProofOutcome]:
+    """The results of pieces that `together` has put together: the bits of each alone."""
+    chunks = [piece for piece in pieces if isinstance(piece, Chunk)]
+    if len(chunks) < 2:
+        return [piece.run() for piece in pieces]
+    sizes, rngs = [each.starts for each in chunks], [np.random.default_rng(each.seed) for each in chunks]
+    return [*find_together(chunks[0].chain, chunks[0].corank, sizes, rngs, chunks[0].tolerance)]
+
+
+def together(pieces: Sequence[Chunk | ProofOf]) -> list[list[Chunk | ProofOf]]:
+    """The pieces in groups for one process: up to TOGETHER chunks that follow each other and differ by their starts."""
+    groups: list[list[Chunk | ProofOf]] = []
+    for piece in pieces:
+        if groups and len(groups[-1]) < TOGETHER and _alike(piece, groups[-1][-1]):
+            groups[-1].append(piece)
+        else:
+            groups.append([piece])
+    return groups
+
+
+def _alike(one: Chunk | ProofOf, other: Chunk | ProofOf) -> bool:
+    """Whether both are chunks of one search by projection."""
+    if not isinstance(one, Chunk) or not isinstance(other, Chunk) or one.method != "projection":
+        return False
+    return replace(one, starts=other.starts, seed=other.seed) == other

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
+from itertools import chain
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from robust_ik.runtime.progress import ProgressCallback
 from robust_ik.singularities.atlas.atlas_record import AtlasRecord, Settings
 from robust_ik.singularities.atlas.evidence import Evidence
 from robust_ik.singularities.atlas.proof_evidence import ProofOutcome
-from robust_ik.singularities.atlas.search_pieces import Chunk, ProofOf, run
+from robust_ik.singularities.atlas.search_pieces import Chunk, ProofOf, run, run_together, together
 from robust_ik.singularities.conditions.robot_facts import RobotFacts
 from robust_ik.singularities.families.leaf import Leaf
 from robust_ik.singularities.families.leaf_survey import accounts
@@ -90,7 +91,12 @@ class SearchState:
 
     def _results(self, pieces: Sequence[Chunk | ProofOf]) -> list[Points | ProofOutcome]:
         before = self.tally.done
-        return run_pieces(run, pieces, self.executor, lambda done, _: self.tally.reach(before + done))
+        if self.executor is not None:
+            return run_pieces(run, pieces, self.executor, lambda done, _: self.tally.reach(before + done))
+        groups = together(pieces)
+        ends = np.cumsum([len(group) for group in groups])
+        found = run_pieces(run_together, groups, None, lambda done, _: self.tally.reach(before + int(ends[done - 1])))
+        return list(chain.from_iterable(found))
 
     def of(self, corank: int) -> list[Leaf]:
         """The leaves of one corank."""

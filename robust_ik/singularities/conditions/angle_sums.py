@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import combinations
 
 import numpy as np
 
-from robust_ik.checks import Array
+from robust_ik.checks import Array, readonly
 from robust_ik.singularities.geometry.screw_chain import REFERENCE, ScrewChain
 
+KEPT = 500
+"""Most sets of angles whose joints are kept. Chosen: an atlas has some 30; a few hundred bytes each."""
 PARALLEL = 1e-9
 """Axes are parallel if 1 − |cos| of their angle is less than this."""
 
@@ -83,7 +86,20 @@ def brought(values: Array, angles: Sequence[Angle], to: Array) -> Array:
         to: What they should be, (angles,) or (N, angles).
     """
     values = np.array(values, dtype=float)
-    rows = np.array([angle.row(values.shape[-1]) for angle in angles]).reshape(-1, values.shape[-1])
+    kept, joints, rows, periods = _by_joint(tuple(angles), values.shape[-1])
+    if not kept:
+        return values
+    errors = wrapped(np.asarray(to)[..., kept] - values @ rows.T, periods)
+    square = rows[:, joints]
+    alone = np.array_equal(square, np.eye(len(kept)))
+    values[..., joints] += errors if alone else np.linalg.solve(square, errors[..., None])[..., 0]
+    return values
+
+
+@lru_cache(maxsize=KEPT)
+def _by_joint(angles: tuple[Angle, ...], n: int) -> tuple[list[int], list[int], Array, Array]:
+    """Which angles are independent, a joint for each of them, their rows, (kept, n), and their periods, (kept,)."""
+    rows = np.array([angle.row(n) for angle in angles]).reshape(-1, n)
     kept, joints, left = [], [], rows.copy()
     for index in range(len(angles)):
         able = np.flatnonzero(np.abs(left[index]) > 0.5)
@@ -93,13 +109,7 @@ def brought(values: Array, angles: Sequence[Angle], to: Array) -> Array:
         kept.append(index)
         joints.append(joint)
         left[index + 1 :] -= np.outer(left[index + 1 :, joint] / left[index, joint], left[index])
-    if not kept:
-        return values
-    errors = np.stack(
-        [angles[index].wrapped(np.asarray(to)[..., index] - angles[index].of(values)) for index in kept], axis=-1
-    )
-    values[..., joints] += np.linalg.solve(rows[np.ix_(kept, joints)], errors[..., None])[..., 0]
-    return values
+    return kept, joints, readonly(rows[kept]), readonly([angles[index].period for index in kept])
 
 
 def single(chain: ScrewChain, joint: int) -> Angle:

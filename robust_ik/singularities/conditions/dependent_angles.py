@@ -23,6 +23,10 @@ DEPENDENT = 1e-9
 """Squared singular values of tangents below this count as zero."""
 INDEPENDENT = 1e-4
 """Least singular value of independent unit covectors. Chosen: far above rounding, far below usual values."""
+REDUNDANT = 1e-9
+"""Smallest singular value of angles that are combinations of each other, whose entries are 0 and ±1: rounding."""
+SETS = 200
+"""Sets that are examined at once. Chosen: they take a megabyte."""
 POINTS = 24
 """Points at which sets are compared. Chosen: enough to see that four of five agree; more take longer."""
 
@@ -55,19 +59,21 @@ def circuit_groups(angles: Sequence[Angle], tangents: Array) -> list[list[Circui
     tangents = tangents[:POINTS]
     groups: list[list[Circuit]] = []
     for size in range(1, LARGEST + 1):
-        for circuit in _of_size(angles, tangents, size, [same[0] for same in groups]):
-            same = next((group for group in groups if _alike(circuit, group[0])), None)
-            if same is None:
-                groups.append([circuit])
-            else:
-                same.append(circuit)
+        groups += _grouped(_of_size(angles, tangents, size, [same[0] for same in groups]))
     return groups
 
 
-def _alike(one: Circuit, other: Circuit) -> bool:
-    """Whether two circuits of one size have the same normals."""
-    cosines = np.abs(np.einsum("ni,ni->n", one.normals, other.normals))
-    return len(one.angles) == len(other.angles) and bool(np.median(cosines) > 1 - 1e-6)
+def _grouped(circuits: list[Circuit]) -> list[list[Circuit]]:
+    """Circuits of one size in groups with the same normals."""
+    groups: list[list[Circuit]] = []
+    rest = circuits
+    while rest:
+        cosines = np.abs(np.einsum("cni,ni->cn", np.stack([each.normals for each in rest]), rest[0].normals))
+        alike = np.median(cosines, axis=1) > 1 - 1e-6
+        alike[0] = True
+        groups.append([each for each, same in zip(rest, alike) if same])
+        rest = [each for each, same in zip(rest, alike) if not same]
+    return groups
 
 
 def independent(normals: Sequence[Array]) -> bool:
@@ -76,20 +82,19 @@ def independent(normals: Sequence[Array]) -> bool:
 
 
 def _of_size(angles: Sequence[Angle], tangents: Array, size: int, smaller: list[Circuit]) -> list[Circuit]:
-    n, found = tangents.shape[-1], []
-    for chosen in sorted(combinations(angles, size), key=_complexity):
-        M = np.stack([angle.row(n) for angle in chosen])
-        if any(set(circuit.angles) < set(chosen) for circuit in smaller) or _redundant(M):
-            continue
-        decomposed = svd(M @ tangents @ M.T)
-        if np.mean(decomposed.s[:, -1] < DEPENDENT) > 0.8:
-            normals = decomposed.Vt[:, -1] @ M
-            found.append(Circuit(chosen, normals / np.linalg.norm(normals, axis=1, keepdims=True)))
+    known = [set(circuit.angles) for circuit in smaller]
+    sets = [each for each in combinations(angles, size) if not any(circuit < set(each) for circuit in known)]
+    sets.sort(key=_complexity)
+    rows, found = {angle: angle.row(tangents.shape[-1]) for angle in angles}, []
+    for first in range(0, len(sets), SETS):
+        chosen = sets[first : first + SETS]
+        M = np.array([[rows[angle] for angle in each] for each in chosen])
+        decomposed = svd(M[:, None] @ tangents @ np.swapaxes(M, 1, 2)[:, None])
+        dependent = np.mean(decomposed.s[..., -1] < DEPENDENT, axis=1) > 0.8
+        for index in np.flatnonzero(dependent & ~(singular_values(M)[:, -1] < REDUNDANT)):
+            normals = decomposed.Vt[index, :, -1] @ M[index]
+            found.append(Circuit(chosen[index], normals / np.linalg.norm(normals, axis=1, keepdims=True)))
     return found
-
-
-def _redundant(M: Array) -> bool:
-    return bool(singular_values(M)[-1] < 1e-9)
 
 
 def _complexity(angles: Sequence[Angle]) -> tuple[int, tuple[tuple[int, ...], ...]]:

@@ -59,6 +59,13 @@ class Factor:
             return np.asarray(x**self.order)
         return np.asarray(np.cos(self.order * x) if self.kind == "cos" else np.sin(self.order * x))
 
+    def slope(self, values: Array) -> Array:
+        """Its derivative with respect to the angle at joint values (..., n), (...)."""
+        x = self.angle.of(values)
+        if self.kind == "power":
+            return np.asarray(self.order * x ** (self.order - 1))
+        return np.asarray(self.order * (-np.sin(self.order * x) if self.kind == "cos" else np.cos(self.order * x)))
+
     def __str__(self) -> str:
         if self.kind == "power":
             return str(self.angle) if self.order == 1 else f"({self.angle})^{self.order:g}"
@@ -113,41 +120,75 @@ class Relation:
         """The sum at joint values (..., n), zero if the relation holds, (...)."""
         return evaluate(self.terms, values) @ self.coefficients
 
+    def slopes(self, values: Array) -> Array:
+        """The derivatives of the sum with respect to the joint values, (..., n) → (..., n)."""
+        factors = dict.fromkeys(chain.from_iterable(self.terms))
+        of, slope = ({each: getattr(each, what)(values) for each in factors} for what in ("of", "slope"))
+        result = np.zeros(values.shape)
+        for term, coefficient in zip(self.terms, self.coefficients):
+            for place, factor in enumerate(term):
+                others = [of[each] for each in (*term[:place], *term[place + 1 :])]
+                part = math.prod(others, start=coefficient * slope[factor])
+                for joint, sign in zip(factor.angle.joints, factor.angle.signs):
+                    result[..., joint] += sign * part
+        return result
+
 
 def _size_of(term: Term, units: Array) -> float:
     """By how much the powers in a product are smaller if values are in other units."""
     return float(math.prod(units[each.angle.joints[0]] ** each.order for each in term if each.kind == "power"))
 
 
-def evaluate(terms: Sequence[Term], values: Array) -> Array:
-    """The value of each product at joint values (..., n), (..., t)."""
-    known = {factor: factor.of(values) for factor in dict.fromkeys(chain.from_iterable(terms))}
+Known = dict[Factor, Array]
+"""Values of factors at the points that relations are fitted to."""
+
+
+def evaluate(terms: Sequence[Term], values: Array, known: Known | None = None) -> Array:
+    """The value of each product at joint values (..., n), (..., t).
+
+    Args:
+        terms: The products.
+        values: The joint values.
+        known: Values of factors there, to which those that are missing are added.
+    """
+    known = {} if known is None else known
+    for factor in chain.from_iterable(terms):
+        if factor not in known:
+            known[factor] = factor.of(values)
     result = np.ones((len(terms), *values.shape[:-1]))
-    for product_, term in zip(result, terms):
+    for place, term in enumerate(terms):
         for factor in term:
-            product_ *= known[factor]
+            result[place] *= known[factor]
     return np.ascontiguousarray(np.moveaxis(result, 0, -1))
 
 
-def simplest(choices: Sequence[Sequence[Angle]], values: Array, *, odd: bool = False) -> Relation | None:
+def simplest(
+    choices: Sequence[Sequence[Angle]], values: Array, *, odd: bool = False, known: Known | None = None
+) -> Relation | None:
     """The relation with the fewest terms, over sets of angles with the same condition; None if none is short.
 
     Args:
         choices: Sets of angles of which no subset is related.
         values: Points of one stratum, (N, n).
         odd: Whether to try half angles and higher degrees too, and points close together: of one component only.
+        known: Values of factors at these points, kept from one call to the next.
     """
-    for limits in ((FITS, UNIQUE), (EXACT, RESOLVED)) if odd else ((FITS, UNIQUE),):
-        for stage in (linear_bases, product_bases, *([other_bases] if odd else [])):
-            fitted = [each for angles in choices if (each := _first_fit(stage(angles), values, limits)) is not None]
-            short = [each for each in fitted if len(each.terms) <= (SHORT_ODD if stage is other_bases else SHORT)]
-            if short:
-                return min(short, key=lambda relation: (len(relation.terms), _factors(relation)))
+    known = {} if known is None else known
+    plain, strict = (linear_bases, product_bases), (FITS, UNIQUE)
+    stages = [(stage, strict) for stage in (*plain, *([other_bases] if odd else []))]
+    for stage, limits in (*stages, *((stage, (EXACT, RESOLVED)) for stage in plain if odd)):
+        fits = (_first_fit(stage(angles), values, limits, known) for angles in choices)
+        most = SHORT_ODD if stage is other_bases else SHORT
+        short = [each for each in fits if each is not None and len(each.terms) <= most]
+        if short:
+            return min(short, key=lambda relation: (len(relation.terms), _factors(relation)))
     return None
 
 
-def _first_fit(bases: Sequence[tuple[Term, ...]], values: Array, limits: tuple[float, float]) -> Relation | None:
-    fitting = (_null_vector(terms, values, *limits) for terms in bases if len(values) >= 2 * len(terms))
+def _first_fit(
+    bases: Sequence[tuple[Term, ...]], values: Array, limits: tuple[float, float], known: Known
+) -> Relation | None:
+    fitting = (_null_vector(terms, values, limits, known) for terms in bases if len(values) >= 2 * len(terms))
     return next((relation for relation in fitting if relation is not None), None)
 
 
@@ -196,9 +237,9 @@ def _functions(angle: Angle, degree: int) -> list[Factor | None]:
     return waves if degree % 2 else [None, *waves]
 
 
-def _null_vector(terms: tuple[Term, ...], values: Array, fits: float, unique: float) -> Relation | None:
+def _null_vector(terms: tuple[Term, ...], values: Array, limits: tuple[float, float], known: Known) -> Relation | None:
     """The only combination of products that vanishes at the points, without outliers; None if it is not unique."""
-    products = evaluate(terms, values)
+    products = evaluate(terms, values, known)
     kept = np.ones(len(values), dtype=bool)
     for _ in range(TRIMS):
         found = svd(products[kept])
@@ -209,6 +250,7 @@ def _null_vector(terms: tuple[Term, ...], values: Array, fits: float, unique: fl
             break
         kept = size <= limit
     s = found.s / found.s[0]
+    fits, unique = limits
     if s[-1] > fits or (len(s) > 1 and s[-2] < unique) or kept.sum() < 0.9 * len(values):
         return None
     vector = vector / vector[int(np.argmax(np.abs(vector)))]

@@ -13,7 +13,8 @@ from scipy.spatial import cKDTree
 from robust_ik.checks import Array
 from robust_ik.singularities.conditions.angle_sums import wrapped
 from robust_ik.singularities.families.leaf import Leaf
-from robust_ik.singularities.find.tangent_walk import REFUSED, Indices, polished, readable, tangents, walk
+from robust_ik.singularities.find.rank_residual import Residual
+from robust_ik.singularities.find.tangent_walk import REFUSED, Indices, polish, readable_at, tangents_at, walk
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 
 GRID = {1: 720, 2: 240, 3: 60}
@@ -77,9 +78,9 @@ def _linked(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> int:
     """The number of pieces as groups of long walks from samples, linked if a short walk leads from one to the other."""
     values = np.array(leaf.samples[-POINTS:])
     values[:, list(leaf.free)] = leaf.samples[0, list(leaf.free)]
-    values = polished(chain, leaf.pinned(values), leaf.corank)
-    clear, dimensions = readable(chain, values, leaf.corank)
-    values = values[clear & (dimensions == leaf.dimension)]
+    ends = polish(chain, leaf.pinned(values), leaf.corank)
+    clear, dimensions = readable_at(ends.residual)
+    values = ends.values[clear & (dimensions == leaf.dimension)]
     if len(values) == 0:
         return 1
     dimensions, count = np.full(len(values), leaf.dimension), len(values)
@@ -127,19 +128,20 @@ def _near_pairs(chain: ScrewChain, places: Array, owner: Indices, links: Indices
 
 def _reached(chain: ScrewChain, leaf: Leaf, start: Array, goal: Array) -> Array:
     """Whether walks along the stratum that head for their goals reach them."""
-    here, dimensions = start.copy(), np.full(len(start), leaf.dimension)
+    here, at = start.copy(), Residual.at(chain, start, leaf.corank)
     alive = np.ones(len(start), dtype=bool)
     for _ in range(STEPS):
         to_go = wrapped(goal - here, chain.period)
         active = np.flatnonzero(alive & (np.linalg.norm(to_go, axis=1) > STEP))
         if active.size == 0:
             break
-        P = tangents(chain, here[active], leaf.corank, dimensions[active])
+        P = tangents_at(at.select(active), np.full(len(active), leaf.dimension))
         along = (P @ to_go[active][..., None])[..., 0]
         size = np.linalg.norm(along, axis=1, keepdims=True)
         predicted = here[active] + STEP * along / np.maximum(size, 1e-9)
-        there = polished(chain, predicted, leaf.corank)
-        good = (np.linalg.norm(there - predicted, axis=1) <= REFUSED * STEP) & (size[:, 0] > 0.05 * STEP)
-        here[active[good]] = there[good]
+        ends = polish(chain, predicted, leaf.corank)
+        good = (np.linalg.norm(ends.values - predicted, axis=1) <= REFUSED * STEP) & (size[:, 0] > 0.05 * STEP)
+        here[active[good]] = ends.values[good]
+        at.put(active[good], ends.residual.select(np.flatnonzero(good)))
         alive[active[~good]] = False
     return np.asarray(np.linalg.norm(wrapped(goal - here, chain.period), axis=1) <= STEP)

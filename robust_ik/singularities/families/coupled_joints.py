@@ -15,7 +15,7 @@ from robust_ik.checks import Array
 from robust_ik.kinematics.svd import singular_values
 from robust_ik.singularities.conditions.angle_sums import Angle, candidates
 from robust_ik.singularities.conditions.dependent_angles import INDEPENDENT, Circuit, circuit_groups, independent
-from robust_ik.singularities.conditions.trig_relations import SHORT, Relation, simplest
+from robust_ik.singularities.conditions.trig_relations import SHORT, Known, Relation, simplest
 from robust_ik.singularities.families.leaf import Leaf, Pin, nice
 from robust_ik.singularities.find.tangent_walk import tangents, walk
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
@@ -93,8 +93,10 @@ def _conditions(
     groups: list[list[Circuit]], values: Array, normals: list[Array], count: int, *, odd: bool = False
 ) -> list[tuple[list[Circuit], Relation | None]]:
     """The circuits with the shortest relations that, together with known normals, have the full codimension."""
+    known: Known = {}
     fitted = [
-        (group, _own(group, simplest([circuit.angles for circuit in group], values, odd=odd))) for group in groups
+        (group, _own(group, simplest([circuit.angles for circuit in group], values, odd=odd, known=known)))
+        for group in groups
     ]
     fitted.sort(key=lambda pair: (len(pair[0][0].joints), SHORT + 1) if pair[1] is None else (0, len(pair[1].terms)))
     chosen, normals = [], list(normals)

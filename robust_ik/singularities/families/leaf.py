@@ -31,11 +31,11 @@ FILLS, MOVES = 24, 12
 AWAY = 0.3
 """Least motion of a pinned joint, rad or m, in the test whether the singularity is left."""
 
-STEPS, DIFFERENCE, LONGEST = 30, 1e-6, 0.5
-"""Newton steps, half-width of central differences, largest entry of a step, rad or m.
+STEPS, LONGEST, SETTLED = 30, 0.5, 1e-13
+"""Most Newton steps; largest entry of a step, rad or m; entry of a step up to which no further one is taken.
 
-Chosen: seven steps go half a turn, the others settle; the error of differences is least near the cube root of ε; longer
-steps would leap over solutions.
+Chosen: seven steps go half a turn, the others settle; longer steps would leap over solutions; values of a few radians
+carry rounding of some 1e-15.
 """
 SOLVED = 1e-11
 """Largest error of any condition at a solution."""
@@ -115,10 +115,19 @@ class Leaf:
         rows = [pin.angle.row(n) for pin in self.pins]
         return np.array(rows).reshape(-1, n).T, np.array([pin.angle.period for pin in self.pins])
 
+    @property
+    def covectors(self) -> Array:
+        """The derivatives of the pinned angles with respect to the joint values, (P, n)."""
+        return self._pins[0].T
+
+    def errors(self, values: Array) -> Array:
+        """How far each pinned angle is from its value at joint values (N, n), (N, P)."""
+        rows, period = self._pins
+        return wrapped(values @ rows - self.values, period)
+
     def off(self, values: Array) -> Array:
         """The largest error of pins and relations at joint values (N, n), (N,)."""
-        rows, period = self._pins
-        result = np.abs(wrapped(values @ rows - self.values, period)).max(axis=1, initial=0.0)
+        result = np.abs(self.errors(values)).max(axis=1, initial=0.0)
         for relation in self.relations:
             result = np.maximum(result, np.abs(relation.of(values)))
         return np.asarray(result)
@@ -212,20 +221,23 @@ def solved(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator, count: int) 
     values = leaf.pinned(chain.random(rng, count))
     if not leaf.relations:
         return values
+    active = np.arange(count)
     for _ in range(STEPS):
-        step = np.linalg.pinv(_slopes(leaf, values), rcond=SMALL) @ _sides(leaf, values)[..., None]
-        values = values - np.clip(step[..., 0], -LONGEST, LONGEST)
+        here = values[active]
+        step = np.linalg.pinv(_slopes(leaf, here), rcond=SMALL) @ _sides(leaf, here)[..., None]
+        values[active] = here - np.clip(step[..., 0], -LONGEST, LONGEST)
+        active = active[np.abs(step[..., 0]).max(axis=1) > SETTLED]
+        if active.size == 0:
+            break
     return np.asarray(values[np.abs(_sides(leaf, values)).max(axis=1) < SOLVED])
 
 
 def _sides(leaf: Leaf, values: Array) -> Array:
     """Errors of each pin and relation, (N, conditions)."""
-    pins = [pin.angle.wrapped(pin.angle.of(values) - pin.value) for pin in leaf.pins]
-    return np.stack([*pins, *(relation.of(values) for relation in leaf.relations)], axis=-1)
+    return np.concatenate([leaf.errors(values), *(each.of(values)[:, None] for each in leaf.relations)], axis=1)
 
 
 def _slopes(leaf: Leaf, values: Array) -> Array:
     """Their derivatives with respect to the joints, (N, conditions, n)."""
-    steps = DIFFERENCE * np.eye(values.shape[1])
-    ends = [_sides(leaf, values + step) - _sides(leaf, values - step) for step in steps]
-    return np.stack(ends, axis=-1) / (2 * DIFFERENCE)
+    pins = np.repeat(leaf.covectors[None], len(values), axis=0)
+    return np.concatenate([pins, *(each.slopes(values)[:, None] for each in leaf.relations)], axis=1)

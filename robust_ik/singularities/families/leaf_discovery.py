@@ -12,7 +12,8 @@ from robust_ik.checks import Array
 from robust_ik.singularities.conditions.angle_sums import single, wrapped
 from robust_ik.singularities.families.coupled_joints import coupled_leaves
 from robust_ik.singularities.families.leaf import Leaf, Pin, is_singular
-from robust_ik.singularities.find.tangent_walk import STILL, Walk, polished, readable, still_joints, tangents, walk
+from robust_ik.singularities.find.rank_residual import Residual
+from robust_ik.singularities.find.tangent_walk import STILL, Walk, polish, readable_at, still_joints, tangents_at, walk
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 
 Mask = NDArray[np.bool_]
@@ -47,9 +48,9 @@ class Labelled:
         return Labelled(self.values[which], self.dimensions[which], self.still[which], self.loose[which])
 
 
-def labelled(chain: ScrewChain, values: Array, corank: int, dimensions: Indices) -> Labelled:
-    """Labels of readable points (N, n) from their tangent spaces."""
-    P = tangents(chain, values, corank, dimensions)
+def labelled(values: Array, at: Residual, dimensions: Indices) -> Labelled:
+    """Labels of readable points (N, n) from the tangent spaces there, which the residual gives."""
+    P = tangents_at(at, dimensions)
     return Labelled(values, dimensions, still_joints(P), np.diagonal(P, axis1=1, axis2=2) > 1 - 1e-8)
 
 
@@ -62,11 +63,13 @@ def discover(chain: ScrewChain, values: Array, corank: int, rng: np.random.Gener
         corank: k.
         rng: Random numbers for walks and trial motions.
     """
-    values = polished(chain, values, corank)
-    clear, dimensions = readable(chain, values, corank)
-    points = labelled(chain, values[clear], corank, dimensions[clear])
-    if len(points.values) == 0:
+    if len(values) == 0:
         return []
+    ends = polish(chain, values, corank)
+    clear, dimensions = readable_at(ends.residual)
+    if not clear.any():
+        return []
+    points = labelled(ends.values[clear], ends.residual.select(np.flatnonzero(clear)), dimensions[clear])
     groups = list(_groups(chain, points))
     each = REPRESENTATIVES if len(groups) <= MANY_GROUPS else 1
     first = np.concatenate([members[:each] for members in groups])

@@ -17,7 +17,7 @@ from robust_ik.singularities.conditions.angle_sums import Angle, brought
 from robust_ik.singularities.families.coupled_joints import coupled_leaves
 from robust_ik.singularities.families.leaf import Leaf, is_singular, nice, sound
 from robust_ik.singularities.families.leaf_merging import Values, joined, values_of
-from robust_ik.singularities.find.tangent_walk import polished, readable
+from robust_ik.singularities.find.tangent_walk import polish, readable_at
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 
 MOST_COMBINATIONS = 1024
@@ -95,7 +95,7 @@ def _projected(chain: ScrewChain, guess: Leaf, rng: np.random.Generator) -> list
     """Leaves with given pins and coupled joints, by projecting the samples of a similar one."""
     coupled = {joint for relation in guess.relations for joint in relation.joints} | set(guess.curve)
     open_ = replace(guess, relations=(), curve=tuple(sorted(coupled)))
-    values = polished(chain, open_.pinned(guess.samples[:PROJECTED]), guess.corank)
-    clear, dimensions = readable(chain, values, guess.corank)
-    values = values[open_.holds(values) & clear & (dimensions == guess.dimension)]
+    ends = polish(chain, open_.pinned(guess.samples[:PROJECTED]), guess.corank)
+    clear, dimensions = readable_at(ends.residual)
+    values = ends.values[open_.holds(ends.values) & clear & (dimensions == guess.dimension)]
     return coupled_leaves(chain, replace(open_, samples=values), rng) if len(values) else []

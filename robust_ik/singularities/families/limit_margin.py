@@ -1,13 +1,16 @@
-"""The part of a leaf within the joint limits, and its margin to them. Arrays only."""
+"""The margin of leaves to the joint limits. Arrays only."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.singularities.conditions.angle_sums import wrapped
 from robust_ik.singularities.families.leaf import Leaf, Pin
-from robust_ik.singularities.find.tangent_walk import polished, readable, tangents
+from robust_ik.singularities.find.rank_residual import Residual
+from robust_ik.singularities.find.tangent_walk import polish, readable_at, tangents_at
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 
 BEST = 12
@@ -40,46 +43,56 @@ def pin_slack(pin: Pin, lower: Array, upper: Array) -> float:
     return float(alone[0]) / len(joints)
 
 
-def margin(chain: ScrewChain, leaf: Leaf, lower: Array, upper: Array) -> float:
-    """The least slack of the member farthest inside the limits; for coupled joints an estimate from below.
+def margins(chain: ScrewChain, leaves: Sequence[Leaf], lower: Array, upper: Array) -> list[float]:
+    """For each leaf the least slack of the member farthest inside the limits; of coupled joints estimated from below.
 
     Args:
         chain: What moves the tip.
-        leaf: The leaf.
+        leaves: The leaves of one row.
         lower: Lower limits, (n,), rad or m; −∞ for none.
         upper: Upper limits.
     """
+    plain = [_apart(leaf, lower, upper) for leaf in leaves]
+    joints = list(leaves[0].coupled)
+    if not joints:
+        return plain
+    return [min(pair) for pair in zip(plain, _climbed(chain, leaves, joints, lower, upper))]
+
+
+def _apart(leaf: Leaf, lower: Array, upper: Array) -> float:
+    """The least slack of free joints, which may be in the middle, and of pinned angles; infinite without limits."""
     best = np.inf
     for joint in leaf.free:
         if np.isfinite(lower[joint]) and np.isfinite(upper[joint]):
             best = min(best, float(upper[joint] - lower[joint]) / 2)
-    for pin in leaf.pins:
-        best = min(best, pin_slack(pin, lower, upper))
-    return min(best, _climbed(chain, leaf, list(leaf.coupled), lower, upper)) if leaf.coupled else best
+    return min([best, *(pin_slack(pin, lower, upper) for pin in leaf.pins)])
 
 
-def _climbed(chain: ScrewChain, leaf: Leaf, joints: list[int], lower: Array, upper: Array) -> float:
-    """The largest value of the coupled joints' least slack that ascent from the best samples finds."""
+def _climbed(chain: ScrewChain, leaves: Sequence[Leaf], joints: list[int], lower: Array, upper: Array) -> list[float]:
+    """The largest value of the coupled joints' least slack that ascent from the best samples finds, for each leaf."""
 
     def least(values: Array) -> Array:
         return np.asarray(slack(values, lower, upper, chain.period)[:, joints].min(axis=1))
 
-    order = np.argsort(-least(leaf.samples))[:BEST]
-    here = np.array(leaf.samples[order])
+    starts = [leaf.samples[np.argsort(-least(leaf.samples))[:BEST]] for leaf in leaves]
+    ends = np.cumsum([len(each) for each in starts])[:-1]
+    here = np.concatenate(starts)
     score, size = least(here), np.full(len(here), STEP)
     if not np.isfinite(score).all():
-        return float(score.max())
+        return [float(each.max()) for each in np.split(score, ends)]
+    at, dimensions = Residual.at(chain, here, leaves[0].corank), np.full(len(here), leaves[0].dimension)
+    index = np.arange(len(here))
     for _ in range(CLIMBS):
         towards = np.zeros_like(here)
         worst = np.array(joints)[np.argmin(slack(here, lower, upper, chain.period)[:, joints], axis=1)]
-        index = np.arange(len(here))
         aim = (lower[worst] + upper[worst]) / 2 - here[index, worst]
         towards[index, worst] = np.sign(wrapped(aim, chain.period[worst]))
-        P = tangents(chain, here, leaf.corank, np.full(len(here), leaf.dimension))
-        along = (P @ towards[..., None])[..., 0]
-        there = polished(chain, here + size[:, None] * along, leaf.corank)
-        clear, _ = readable(chain, there, leaf.corank)
-        better = clear & leaf.holds(there) & (least(there) > score)
-        here[better], score = there[better], np.where(better, least(there), score)
+        along = (tangents_at(at, dimensions) @ towards[..., None])[..., 0]
+        found = polish(chain, here + size[:, None] * along, leaves[0].corank)
+        there, reached = found.values, least(found.values)
+        holds = [leaf.holds(values) for leaf, values in zip(leaves, np.split(there, ends))]
+        better = readable_at(found.residual)[0] & np.concatenate(holds) & (reached > score)
+        here[better], score = there[better], np.where(better, reached, score)
+        at.put(np.flatnonzero(better), found.residual.select(np.flatnonzero(better)))
         size *= np.where(better, 1.2, 0.5)
-    return float(score.max())
+    return [float(each.max()) for each in np.split(score, ends)]

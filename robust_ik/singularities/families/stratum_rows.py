@@ -13,7 +13,7 @@ from robust_ik.singularities.conditions.robot_facts import RobotFacts
 from robust_ik.singularities.families.connected_pieces import count_components
 from robust_ik.singularities.families.leaf import Leaf
 from robust_ik.singularities.families.leaf_merging import rows
-from robust_ik.singularities.families.limit_margin import margin
+from robust_ik.singularities.families.limit_margin import margins
 from robust_ik.singularities.families.stratum import Stratum, stratum
 from robust_ik.singularities.find.projection_search import project
 from robust_ik.singularities.find.tangent_walk import relative_sigmas
@@ -70,6 +70,7 @@ def _as_given(facts: RobotFacts, row: Stratum, members: Array) -> tuple[float, f
 
 def _within(facts: RobotFacts, row: Stratum) -> Stratum:
     """The row with the part of it that lies within the joint limits."""
-    margins = [(margin(facts.chain, leaf, facts.lower, facts.upper), leaf) for leaf in row.leaves]
-    inside = tuple(tuple(pin.value for pin in leaf.pins) for size, leaf in margins if size >= -EDGE)
-    return replace(row, within_limits=bool(inside), margin=max(size for size, _ in margins), inside=inside)
+    leaves = row.leaves
+    sizes = margins(facts.chain, leaves, facts.lower, facts.upper)
+    inside = tuple(tuple(pin.value for pin in leaf.pins) for size, leaf in zip(sizes, leaves) if size >= -EDGE)
+    return replace(row, within_limits=bool(inside), margin=max(sizes), inside=inside)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Literal
 
 import numpy as np
@@ -70,11 +70,48 @@ def find_points(
         if method == "gradient":
             found = gradient_search(chain, corank, part, tolerance)
         else:
-            found = search(chain, corank, part, rng, tolerance)
+            found = search(chain, corank, part, _normals([rng], [len(part)], chain.n), tolerance)
         parts.append(points_of(chain, corank, found, rng, tolerance, measured=measured))
         if progress is not None:
             progress(min(first + CHUNK, len(begin)), len(begin))
     return Points.joined(parts)
+
+
+def find_together(
+    chain: ScrewChain, corank: int, starts: Sequence[int], rngs: Sequence[np.random.Generator], tolerance: float
+) -> list[Points]:
+    """The points of several searches, each with its own random numbers: the same bits as of each alone.
+
+    All go step by step together: most steps are of the last few starts, and take as long for those of several searches.
+
+    Args:
+        chain: What moves the tip.
+        corank: k.
+        starts: Number of random starts of each search.
+        rngs: Random numbers of each.
+        tolerance: As for `find_points`; dimensions are not measured.
+    """
+    begin = np.concatenate([chain.random(rng, count) for rng, count in zip(rngs, starts)])
+    found = search(chain, corank, begin, _normals(rngs, starts, chain.n), tolerance)
+    parts = np.split(np.arange(len(begin)), np.cumsum(starts)[:-1])
+    return [
+        points_of(chain, corank, found.select(part), rng, tolerance, measured=False) for part, rng in zip(parts, rngs)
+    ]
+
+
+Normals = Callable[[Indices], Array]
+"""Normal random numbers, (N, n), for the starts with these indices, ascending, (N,)."""
+
+
+def _normals(rngs: Sequence[np.random.Generator], starts: Sequence[int], n: int) -> Normals:
+    """Random numbers of each search for its own starts."""
+    ends = np.cumsum(starts)
+
+    def drawn(which: Indices) -> Array:
+        counts = np.diff(np.searchsorted(which, ends), prepend=0)
+        return np.concatenate([rng.standard_normal((count, n)) for rng, count in zip(rngs, counts)])
+
+    return drawn
 
 
 def starts_of(chain: ScrewChain, starts: int | ArrayLike, rng: np.random.Generator) -> Array:
@@ -93,9 +130,7 @@ def starts_of(chain: ScrewChain, starts: int | ArrayLike, rng: np.random.Generat
     return given
 
 
-def search(
-    chain: ScrewChain, corank: int, starts: Array, rng: np.random.Generator, tolerance: float = TOLERANCE
-) -> SearchEnds:
+def search(chain: ScrewChain, corank: int, starts: Array, normals: Normals, tolerance: float = TOLERANCE) -> SearchEnds:
     """Projects starts (N, n) to the corank; pushes those that stall, and shakes those that end at a crossing.
 
     A point is kept if no shake leads to a clear point of exactly that corank.
@@ -105,19 +140,15 @@ def search(
         again = np.flatnonzero(~found.converged)
         if again.size == 0:
             break
-        other = project(chain, corank, _moved(found.values[again], PUSH, rng), tolerance)
+        other = project(chain, corank, found.values[again] + PUSH * normals(again), tolerance)
         found.put(again, other, other.residual.norm < found.residual.norm[again])
     for size in SHAKES:
         again = np.flatnonzero(found.converged & ~_clear(found, corank))
         if again.size == 0:
             break
-        other = project(chain, corank, _moved(found.values[again], size, rng), tolerance)
+        other = project(chain, corank, found.values[again] + size * normals(again), tolerance)
         found.put(again, other, other.converged & _clear(other, corank))
     return found
-
-
-def _moved(values: Array, size: float, rng: np.random.Generator) -> Array:
-    return np.asarray(values + size * rng.standard_normal(values.shape))
 
 
 def _clear(found: SearchEnds, corank: int) -> Mask:
@@ -170,7 +201,8 @@ def local_dimensions(
         Dimensions (N,) of the spans of nearby points after projection.
     """
     count = 2 * chain.n
-    around = _moved(np.repeat(values, count, axis=0), NEARBY, rng)
+    around = np.repeat(values, count, axis=0)
+    around = around + NEARBY * rng.standard_normal(around.shape)
     found = project(chain, corank, around, tolerance)
     moves = (found.values - np.repeat(values, count, axis=0)) * found.converged[:, None] / NEARBY
     return np.asarray(np.sum(singular_values(moves.reshape(-1, count, chain.n)) > 0.2, axis=1))

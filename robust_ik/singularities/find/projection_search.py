@@ -45,6 +45,10 @@ class SearchEnds:
             self.values.copy(), self.residual.select(everything), self.tries.copy(), self.converged.copy()
         )
 
+    def select(self, which: Indices) -> SearchEnds:
+        """Some of the ends."""
+        return SearchEnds(self.values[which], self.residual.select(which), self.tries[which], self.converged[which])
+
     def put(self, which: Indices, other: SearchEnds, better: Mask) -> None:
         """Replaces some ends by better ones of another search, and adds its steps to all.
 
@@ -63,23 +67,29 @@ def project(chain: ScrewChain, corank: int, values: Array, tolerance: float = TO
     """Steps from each of the joint values (N, n) until ‖r‖ ≤ tolerance σ₁ or no step helps."""
     values = values.copy()
     state = Residual.at(chain, values, corank)
-    norm, relative = state.norm, state.relative
+    norm = state.norm
+    relative = state.of_scale(norm)
     damping = np.full(len(values), FIRST_DAMPING)
     idle, tries = np.zeros((2, len(values)), dtype=int)
     for _ in range(STEPS):
         active = np.flatnonzero((relative > tolerance) & (idle < PATIENCE))
         if active.size == 0:
             break
-        trial = values[active] + step(state.select(active), damping[active])
+        before, here = norm[active], state if active.size == len(values) else state.select(active)
+        trial = values[active] + step(here, damping[active])
         there = Residual.at(chain, trial, corank)
-        before, after = norm[active], there.norm
+        after = there.norm
         tries[active] += 1
         idle[active] = np.where(after < WORTHWHILE * before, 0, idle[active] + 1)
-        damping[active] *= np.where(after < before, LESS, MORE)
-        better = np.flatnonzero(after < before)
-        taken, there = active[better], there.select(better)
-        values[taken], norm[taken], relative[taken] = trial[better], after[better], there.relative
-        state.put(taken, there)
+        lower = after < before
+        damping[active] *= np.where(lower, LESS, MORE)
+        if not lower.all():
+            active, there, trial, after = active[lower], there.select(np.flatnonzero(lower)), trial[lower], after[lower]
+        values[active], norm[active], relative[active] = trial, after, there.of_scale(after)
+        if active.size == len(values):
+            state = there
+        else:
+            state.put(active, there)
     return SearchEnds(values, state, tries, relative <= tolerance)
 
 

@@ -72,7 +72,11 @@ class Residual:
     @property
     def relative(self) -> Array:
         """‖r‖/σ₁, (N,); 0 for a Jacobian that is zero."""
-        return np.asarray(self.norm / np.where(self.scale > 0, self.scale, 1.0))
+        return self.of_scale(self.norm)
+
+    def of_scale(self, norm: Array) -> Array:
+        """Norms as fractions of σ₁, (N,)."""
+        return np.asarray(norm / np.where(self.scale > 0, self.scale, 1.0))
 
     @property
     def vector(self) -> Array:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from robust_ik.checks import Array
 from robust_ik.kinematics.svd import singular_values, svd
-from robust_ik.singularities.find.projection_search import project
+from robust_ik.singularities.find.projection_search import SearchEnds, project
 from robust_ik.singularities.find.rank_residual import Residual, coranks
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 
@@ -72,8 +72,12 @@ def readable(chain: ScrewChain, values: Array, corank: int) -> tuple[Mask, Indic
     """Which polished points (N, n) have exactly the corank and a clear dimension, and the dimensions, (N,) each."""
     if len(values) == 0:
         return np.empty(0, dtype=bool), np.empty(0, dtype=int)
-    at = Residual.at(chain, values, corank)
-    return _read(at, singular_values(at.derivative), corank)
+    return readable_at(Residual.at(chain, values, corank))
+
+
+def readable_at(at: Residual) -> tuple[Mask, Indices]:
+    """The same from the residual at the N points."""
+    return _read(at, singular_values(at.derivative), at.corank)
 
 
 def _read(at: Residual, a: Array, corank: int) -> tuple[Mask, Indices]:
@@ -95,6 +99,11 @@ def polished(chain: ScrewChain, values: Array, corank: int, tolerance: float = P
     if len(values) == 0:
         return values
     return np.asarray(project(chain, corank, values, tolerance).values)
+
+
+def polish(chain: ScrewChain, values: Array, corank: int) -> SearchEnds:
+    """`polished` with the residual at the points that are reached; of at least one point."""
+    return project(chain, corank, values, POLISHED)
 
 
 def walk(
@@ -125,12 +134,15 @@ def walk(
     here, heading = values.copy(), motion * rng.standard_normal(values.shape)
     path, taken = [values], np.zeros(len(values), dtype=int)
     offset, moved = np.zeros_like(values), np.zeros_like(values)
+    if len(values) == 0:
+        return Walk(np.empty((0, steps + 1, chain.n)), moved, taken)
     P = tangents(chain, here, corank, dimensions)
     labels = still_joints(P)
     for _ in range(steps):
         along = _units((P @ heading[..., None])[..., 0])
-        there = polished(chain, here + length * along, corank)
-        P_there, fits = _seen(chain, there, corank, dimensions)
+        ends = polish(chain, here + length * along, corank)
+        there = ends.values
+        P_there, fits = _seen(ends.residual, dimensions)
         allowed = fits & (np.linalg.norm(there - here - length * along, axis=1) <= REFUSED * length)
         allowed &= (still_joints(P_there) == labels).all(axis=1)
         allowed &= np.linalg.norm((P_there @ along[..., None])[..., 0], axis=1) > STRAIGHT
@@ -154,9 +166,8 @@ def _units(vectors: Array) -> Array:
     return np.asarray(vectors / np.where(size > 0, size, 1.0))
 
 
-def _seen(chain: ScrewChain, values: Array, corank: int, dimensions: Indices) -> tuple[Array, Mask]:
+def _seen(at: Residual, dimensions: Indices) -> tuple[Array, Mask]:
     """The tangent spaces as projectors, and which points are clear, of exactly this corank and dimension."""
-    at = Residual.at(chain, values, corank)
     found = svd(at.derivative)
-    clear, its = _read(at, found.s, corank)
+    clear, its = _read(at, found.s, at.corank)
     return _along(found.Vt, dimensions), clear & (its == dimensions)
