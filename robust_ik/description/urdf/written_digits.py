@@ -7,10 +7,10 @@ from collections.abc import Collection, Iterable, Sequence
 
 from lxml import etree
 
-FINEST = 12
-"""Decimal places that are looked at, below the largest number: floats hold 16, sums and products fewer."""
+FINEST = 8
+"""Decimal places that are looked at, from the first digit of the largest number: what has more is written in full."""
 NOISE = 1e-6
-"""Largest distance from whole numbers of the last place, in that place. Floats of FINEST places are off by 1e-4."""
+"""Largest distance from whole numbers of the last place, in that place. Floats of FINEST digits are off by 1e-8."""
 NOMINAL, EXACT = math.pi / 12, 1e-12
 """15°, and the distance from a multiple of it below which an angle is written in full, rad."""
 PLACED, COARSEST = 0.501, 0.01
