@@ -135,18 +135,22 @@ def test_rows_words_and_proofs_are_the_same_at_any_size(size):
 
 
 LIFT = [
-    ("0 0 0.1", "0 0 0", "0 0 1", -3, 3), ("0 0.2 0.3", "0 0 0", "1 0 0", -0.5, 0.5, "slide"),
+    ("0 0 0.1", "0 0 0", "0 0 1", -3, 3), ("0.15 0.2 0.3", "0 0 0", "1 0 0", -0.5, 0.5, "slide"),
     ("0 0 0.2", "0 0 0", "0 1 0", -3, 3), ("0.4 0 0", "0 0 0", "0 1 0", -3, 3), ("0.35 0 0", "0 0 0", "1 0 0", -3, 3),
     ("0 0 0", "0 0 0", "0 1 0", -3, 3), ("0 0 0", "0 0 0", "1 0 0", -3, 3),
 ]  # fmt: skip
 """A turn, a slide across it, and an arm of five joints."""
 
 
-def shaped(atlas):
-    """The rows of an atlas without coefficients, which are lengths, but with all else."""
+def shaped(atlas, size):
+    """The rows of an arm of this size: of coefficients, which are lengths, the number, and values of slides by size."""
+
+    def valued(each):
+        return str(each.angle), tuple(np.round(np.divide(each.values, 1.0 if each.angle.circular else size), 6) + 0.0)
+
     return [
-        (row.corank, row.dimension, row.components, row.lost.words, row.within_limits,
-         [each.words for each in row.conditions], [[str(each.angles), len(each.terms)] for each in row.relations])
+        (row.corank, row.dimension, row.components, row.lost.words, row.within_limits, len(row.inside),
+         [valued(each) for each in row.conditions], [[str(each.angles), len(each.terms)] for each in row.relations])
         for row in atlas
     ]  # fmt: skip
 
@@ -155,7 +159,8 @@ def shaped(atlas):
 def test_rows_and_proofs_of_arms_that_slide_are_the_same_at_any_size(size, tmp_path):
     """A slide of a millimetre moves the joints of a tiny arm as far as a metre those of a large one."""
     one, other = (rik.find_singularities(arm_of(LIFT, "0.1 0 0", each), starts=STARTS) for each in (1.0, size))
-    assert shaped(one) == shaped(other)
+    assert shaped(one, 1.0) == shaped(other, size)
+    assert any("q2 = −0.15" in row.words for row in one)
     assert [each.status for each in one.evidence] == [each.status for each in other.evidence]
     robot = arm_of(LIFT, "0.1 0 0", size)
     for row in other:
@@ -165,6 +170,10 @@ def test_rows_and_proofs_of_arms_that_slide_are_the_same_at_any_size(size, tmp_p
         s = np.linalg.svd(J, compute_uv=False)
         assert (s[:, 6 - row.corank] < 1e-9).all()
         assert (s[:, 5 - row.corank] > 1e-6).all()
+        for values in row.inside:
+            assert set(values) <= {value for each in row.conditions for value in each.values}
+        for relation in row.relations:
+            np.testing.assert_allclose(relation.of(row.samples), 0, atol=1e-6)
     assert rik.SingularityAtlas.load(other.save(tmp_path / "atlas.json")).markdown() == other.markdown()
 
 
@@ -173,16 +182,21 @@ def test_the_nearest_singularity_and_curves_of_a_tiny_arm_are_those_of_a_large_o
         rik.find_singularities(arm_of(LIFT, "0.1 0 0", each), 2, starts=STARTS, certify=False) for each in (1.0, 1e-3)
     )
     q = np.array([0.3, 0.2, 1.0, 0.4, -0.5, 0.9, 0.1])
-    small = q * [1, 1e-3, 1, 1, 1, 1, 1]
-    assert one.distance(q).stratum.words == other.distance(small).stratum.words
-    scale = arm_of(LIFT, "0.1 0 0", 1e-3).length_scale / 1e-3
-    way, short = one.distance(q), other.distance(small)
-    np.testing.assert_allclose(short.values[[0, 2, 3, 4, 5, 6]], way.values[[0, 2, 3, 4, 5, 6]], atol=0.5)
-    assert 0.4 < scale < 2.5
-    assert short.values[1] == pytest.approx(1e-3 * way.values[1], abs=3e-4)
+    sizes = np.array([1, 1e-3, 1, 1, 1, 1, 1])
     for row, same in zip(one, other):
-        if len(row.curve) or len(row.relations):
-            assert len(one.curves(row)) == len(other.curves(same))
+        (way,) = [each for each in one.distances(q) if each.stratum is row]
+        (short,) = [each for each in other.distances(q * sizes) if each.stratum is same]
+        np.testing.assert_allclose(short.values / sizes, way.values, atol=0.3)  # slides weigh half as much
+        assert short.sigma[-1] < 1e-6 * short.sigma.max()
+        np.testing.assert_allclose(short.path[0], q * sizes)
+        if row.curve or row.relations:
+            assert one.curves(row)
+            assert other.curves(same)
+            for relation in same.relations:
+                points = np.concatenate([curve.values for curve in other.curves(same)])
+                np.testing.assert_allclose(relation.of(points), 0, atol=1e-6)
+    again = other.extended(60)
+    assert [row.words for row in again][: len(other)] == [row.words for row in other]
 
 
 def test_a_tiny_arm_has_the_families_of_the_same_arm_at_full_size():

@@ -130,6 +130,10 @@ def _leaving(family: Family) -> str:
     return f"by {twist_words(twist)}" if pure else "along what is lost"
 
 
+def _listed(sentences: Sequence[str]) -> str:
+    return f'<ul class="sure">{"".join(f"<li>{in_html(sentence)}.</li>" for sentence in sentences)}</ul>'
+
+
 def _body(title: str, atlas: SingularityAtlas, robot: Robot, shown: Sequence[Family], drawn: DrawnFamilies) -> str:
     facts = atlas.robot
     count = f"{len(shown)} families" if len(shown) != 1 else "1 family"
@@ -138,7 +142,7 @@ def _body(title: str, atlas: SingularityAtlas, robot: Robot, shown: Sequence[Fam
     interrupted = (
         '<p class="notice">The search was stopped: there may be more families.</p>' if atlas.interrupted else ""
     )
-    sentences = "".join(f"<li>{in_html(line)}</li>" for line in atlas.explanation.splitlines())
+    nearly = f"<h2>Nearly singular</h2>\n{_listed(atlas.nearness)}\n" if atlas.nearness else ""
     table = family_table(facts, shown) if shown else "<p>No family of singular configurations was found.</p>"
     return f"""<main class="atlas{"" if shown else " empty"}">
 {stage(_LEGEND if shown else (), over=caption, beside=_MOTIONS if shown else "")}
@@ -147,7 +151,7 @@ def _body(title: str, atlas: SingularityAtlas, robot: Robot, shown: Sequence[Fam
 <p class="facts">{in_html(known)}</p>
 {missing_notice(drawn.robot.missing_meshes)}{interrupted}
 {table}
-<h2>How sure this is</h2>
-<ul class="sure">{sentences}</ul>
+{nearly}<h2>How sure this is</h2>
+{_listed(atlas.sureness)}
 </aside>
 </main>"""

@@ -87,18 +87,32 @@ class AtlasRecord:
 
     @property
     def explanation(self) -> str:
-        """What was analysed, what was found, and how complete it is, in sentences."""
+        """What was analysed, what was found, how complete it is, and where the arm is nearly singular, in sentences."""
+        return ".\n".join([*self.sureness, *self.nearness]) + "."
+
+    @property
+    def sureness(self) -> list[str]:
+        """What was analysed, what was found, and how complete it is: sentences without their full stops."""
         facts, lines = self.robot, []
         if facts.reduced:
             lines.append(facts.reduced)
         if facts.changes:
             lines.append(_straightening(facts, self.strata))
         lines += [f"corank {each.corank}: {self._found(each)}; {each.words}" for each in self.evidence]
-        if self.nearly:
-            lines += _nearly(facts, self.nearly)
         if self.interrupted:
             lines.append("the search was interrupted: this is what it had found")
-        return ".\n".join(lines) + "."
+        return lines
+
+    @property
+    def nearness(self) -> list[str]:
+        """Where the arm is nearly singular because of small tilts and offsets: sentences without their full stops."""
+        if not self.nearly:
+            return []
+        told = [f"nearly singular, for small tilts and offsets ({'; '.join(self.robot.near_changes)})"]
+        for row in self.nearly:
+            met = f"σ up to {row.off:.1g} was met there, and it falls to {row.floor:.1g} nearby"
+            told.append(f"nearly of corank {row.corank}: {row.words}: {met}")
+        return told
 
     def _found(self, evidence: Evidence) -> str:
         rows = self.of_corank(evidence.corank)
@@ -148,15 +162,6 @@ class AtlasRecord:
         from robust_ik.singularities.trace.coupled_curves import trace  # imports atlases
 
         return trace(self, stratum)
-
-
-def _nearly(facts: RobotFacts, rows: Sequence[Stratum]) -> list[str]:
-    """Where the arm is nearly singular because of small tilts and offsets, in words."""
-    told = [f"nearly singular, for small tilts and offsets ({'; '.join(facts.near_changes)})"]
-    for row in rows:
-        met = f"σ up to {row.off:.1g} was met there, and it falls to {row.floor:.1g} nearby"
-        told.append(f"nearly of corank {row.corank}: {row.words}: {met}")
-    return told
 
 
 def _straightening(facts: RobotFacts, strata: Sequence[Stratum]) -> str:
