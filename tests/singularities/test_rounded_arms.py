@@ -33,7 +33,9 @@ def pattern(chain, robot):
     lengths = np.abs([(link.d, link.a) for link in arm.links]).ravel()[1:]
     alike = np.abs(lengths[:, None] - lengths) < 1e-9
     twists = [round(abs(link.alpha) / RIGHT * 1e6) / 1e6 for link in arm.links]
-    return (lengths < 1e-9).tolist(), alike.tolist(), twists
+    turns = np.array([link.theta for link in arm.links[1:]])
+    nominal = np.abs(turns - RIGHT * np.round(turns / RIGHT)) < 1e-9
+    return (lengths < 1e-9).tolist(), alike.tolist(), twists, nominal.tolist()
 
 
 @pytest.mark.parametrize("digits", DIGITS)
@@ -45,11 +47,12 @@ def test_rounded_arms_get_back_the_coincidences_that_were_meant(digits):
         exact, rounded = arm.robot(), arm.robot(digits, turned=bool(seed % 2))
         meant = pattern(ScrewChain.of(exact), exact)
         chain, _, _ = straightened(rounded, ScrewChain.of(rounded))
-        zero, alike, twists = pattern(chain, rounded)
+        zero, alike, twists, turns = pattern(chain, rounded)
         assert zero == meant[0], seed
         assert twists == meant[2], seed
         assert (np.array(alike) >= np.array(meant[1])).all(), seed
         more += alike != meant[1]
+        assert turns == meant[3], seed
     assert more <= (2 if digits == min(DIGITS) else 0)
 
 

@@ -11,8 +11,8 @@ FINEST = 8
 """Decimal places that are looked at, from the first digit of the largest number: what has more is written in full."""
 NOISE = 1e-6
 """Largest distance from whole numbers of the last place, in that place. Floats of FINEST digits are off by 1e-8."""
-NOMINAL, EXACT = math.pi / 12, 1e-12
-"""15°, and the distance from a multiple of it below which an angle is written in full, rad."""
+NOMINAL = math.pi / 12
+"""15°: the angles that designs mean are multiples of it."""
 PLACED, COARSEST = 0.501, 0.01
 """Half of the last place, and rounding; and the coarsest place, rad: 1.57 is met in files, 1.6 is not."""
 
@@ -51,7 +51,7 @@ def rounding_of_angles(angles: Sequence[float]) -> float:
     away = [abs(angle - max(round(angle / NOMINAL), 1) * NOMINAL) for angle in turned]
     place = last_place(turned)
     shown = any(each <= PLACED * place for each in away)
-    return place if shown and place <= COARSEST and min(away) > EXACT else 0.0
+    return place if shown and place <= COARSEST else 0.0
 
 
 def last_place(numbers: Iterable[float]) -> float:
