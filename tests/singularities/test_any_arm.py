@@ -20,7 +20,7 @@ from robust_ik.singularities.geometry.line_arm import LineArm, made_parallel
 from robust_ik.singularities.geometry.screw_chain import ScrewChain, axes_at_zero
 from robust_ik.singularities.geometry.straightening import straightened
 from robust_ik.singularities.lost_motion import sides
-from tests.arms import arm_of, ur5
+from tests.arms import arm_of, times, ur5
 
 DATA = Path(__file__).parents[1] / "data"
 STARTS = 200
@@ -176,6 +176,54 @@ def test_rows_and_proofs_of_arms_that_slide_are_the_same_at_any_size(size, tmp_p
         for relation in row.relations:
             np.testing.assert_allclose(relation.of(row.samples), 0, atol=1e-6)
     assert rik.SingularityAtlas.load(other.save(tmp_path / "atlas.json")).markdown() == other.markdown()
+
+
+def follower(size, kind, tmp_path):
+    """Four joints, the third of which follows the second: a slide a turn, as a screw does, or a turn a slide."""
+    turns = '<limit lower="-3" upper="3" velocity="1" effort="1"/>'
+    slides = f'<limit lower="{-size!r}" upper="{size!r}" velocity="1" effort="1"/>'
+    leads = kind == "screw"
+    second = ("revolute", turns) if leads else ("prismatic", slides)
+    third = ("prismatic", slides, 0.05 * size) if leads else ("revolute", turns, 2 / size)
+    mimic = f'<mimic joint="q2" multiplier="{third[2]!r}"/>'
+    lines = [
+        ("revolute", "0 0 0.3", "0 0 1", turns), (second[0], "0.4 0 0", "0 1 0", second[1]),
+        (third[0], "0.2 0.1 0", "1 0 0", third[1] + mimic), ("revolute", "0.1 0 0.3", "0 1 0", turns),
+        ("fixed", "0.1 0 0.25", "0 0 1", ""),
+    ]  # fmt: skip
+    joints = "".join(
+        f'<joint name="q{i}" type="{what}"><parent link="l{i - 1}"/><child link="l{i}"/>'
+        f'<origin xyz="{times(origin, size)}"/><axis xyz="{axis}"/>{rest}</joint>'
+        for i, (what, origin, axis, rest) in enumerate(lines, 1)
+    )
+    path = tmp_path / "follower.urdf"
+    links = "".join(f'<link name="l{i}"/>' for i in range(6))
+    path.write_text(f'<robot name="r">{links}{joints}</robot>')
+    return rik.load(path, tip="l5")
+
+
+@pytest.mark.parametrize("kind", ["screw", "wheel"])
+@pytest.mark.parametrize("size", [2.0**-13, 2.0**14])
+def test_slides_that_turn_others_and_screws_have_the_rows_of_the_same_arm_at_any_size(kind, size, tmp_path):
+    one, other = (
+        rik.find_singularities(follower(each, kind, tmp_path), starts=STARTS, rows=("x", "y", "z"), certify=False)
+        for each in (1.0, size)
+    )
+    assert len(one) > 0
+    assert other.robot.chain.rows == one.robot.chain.rows
+    assert [(row.corank, row.dimension, row.lost.words) for row in one] == [
+        (row.corank, row.dimension, row.lost.words) for row in other
+    ]
+    np.testing.assert_allclose(one.robot.chain.upper, other.robot.chain.upper / [1, 1 if kind == "screw" else size, 1])
+
+
+def test_a_screw_of_many_turns_is_searched_within_one(tmp_path):
+    robot = follower(1.0, "screw", tmp_path)
+    text = Path(robot.description.file).read_text().replace('lower="-3" upper="3"', 'lower="-99" upper="99"')
+    text = text.replace('lower="-1.0" upper="1.0"', 'lower="-99" upper="99"')
+    path = tmp_path / "many.urdf"
+    path.write_text(text)
+    np.testing.assert_allclose(ScrewChain.of(rik.load(path, tip="l5")).upper, np.pi)
 
 
 def test_the_nearest_singularity_and_curves_of_a_tiny_arm_are_those_of_a_large_one():

@@ -1,10 +1,14 @@
 """Rounded numbers in files, small offsets by design, and what the atlas makes of both."""
 
+import json
+
 import numpy as np
 import pytest
 
 import robust_ik as rik
 from robust_ik.description.urdf.written_digits import last_place, rounding_of_angles
+from robust_ik.singularities.atlas.corank_search import CorankSearch
+from robust_ik.singularities.atlas.search_run import NEAR
 from robust_ik.singularities.geometry.coincidence_tolerance import Tolerance
 from robust_ik.singularities.geometry.line_arm import LineArm
 from robust_ik.singularities.geometry.screw_chain import ScrewChain, axes_at_zero
@@ -85,7 +89,7 @@ def test_proofs_are_of_the_arm_that_was_meant(digits):
 @pytest.mark.parametrize(
     ("numbers", "place"),
     [((0.316, 0.0825, 0.1), 1e-4), ((0.333, -0.316), 1e-3), ((1.0, 2.0), 1.0), ((0.0, 0.0), 0.0), ((), 0.0),
-     ((300.0, 150.0), 10.0), ((1e-7, 3.25e-6), 1e-8), ((0.1 + 0.2,), 0.1), ((np.pi, 0.1), 0.0)],
+     ((300.0, 150.0), 10.0), ((1e-7, 3.25e-6), 1e-8), ((5e-324,), 0.0), ((0.1 + 0.2,), 0.1), ((np.pi, 0.1), 0.0)],
 )  # fmt: skip
 def test_the_place_of_the_last_digit(numbers, place):
     assert last_place(numbers) == pytest.approx(place, rel=1e-12)
@@ -154,6 +158,48 @@ def test_exact_arms_are_near_no_other(links):
     robot = with_(links).robot()
     given = ScrewChain.of(robot)
     assert nearby(robot, given, straightened(robot, given)[0]) == (None, ())
+
+
+def test_an_interrupted_look_for_nearly_singular_families_is_told_and_keeps_those_that_were_found(monkeypatch):
+    atlas = rik.find_singularities(with_(PUMA, a4=0.00041237).robot(), 1, starts=200, certify=False)
+    read = CorankSearch.read
+
+    def stopped(search, starts):
+        if starts == NEAR:
+            raise KeyboardInterrupt
+        return read(search, starts)
+
+    monkeypatch.setattr(CorankSearch, "read", stopped)
+    again = rik.find_singularities(with_(PUMA, a4=0.00041237).robot(), 1, starts=200, certify=False)
+    assert again.interrupted
+    assert not again.nearly
+    assert "interrupted" in again.explanation
+    assert [row.words for row in again] == [row.words for row in atlas]
+    more = atlas.extended(20)
+    assert more.interrupted
+    assert more.nearly == atlas.nearly
+
+
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [(("robot", "length_scale"), "a"), (("robot", "length_scale"), 0), (("robot", "length_scale"), None),
+     (("robot", "near", "length_scale"), 2.0), (("robot", "near", "sliding"), [True] * 6),
+     (("robot", "snapped"), "yes"),
+     (("robot", "near_changes"), [1]), (("robot", "near_changes"), None), (("nearly", 0, "inside"), [[1.0] * 9]),
+     (("robot", "chain", "slides"), []), (("robot", "floating"), [1])],
+)  # fmt: skip
+def test_atlases_with_nonsense_in_them_do_not_load(place, value, tmp_path):
+    atlas = rik.find_singularities(with_(PUMA, a4=0.00041237).robot(), 1, starts=60, certify=False)
+    path = atlas.save(tmp_path / "atlas.json")
+    data = json.loads(path.read_text())
+    inner = data
+    for step in place[:-1]:
+        inner = inner[step]
+    assert inner[place[-1]] != value
+    inner[place[-1]] = value
+    path.write_text(json.dumps(data))
+    with pytest.raises(rik.LoadError):
+        rik.SingularityAtlas.load(path)
 
 
 def test_rows_of_nearly_the_same_arm_are_tried_when_an_atlas_is_read(tmp_path):

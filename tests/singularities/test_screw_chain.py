@@ -47,6 +47,7 @@ def any_chain(seed):
         lower=np.full(n, -np.pi),
         upper=np.full(n, np.pi),
         period=np.full(n, 2 * np.pi),
+        slides=(False,) * n,
     )
 
 

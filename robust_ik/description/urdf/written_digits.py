@@ -11,6 +11,8 @@ FINEST = 8
 """Decimal places that are looked at, from the first digit of the largest number: what has more is written in full."""
 NOISE = 1e-6
 """Largest distance from whole numbers of the last place, in that place. Floats of FINEST digits are off by 1e-8."""
+LEAST = 1e-200
+"""Smaller numbers are zero: powers of ten end at 1e-323."""
 NOMINAL = math.pi / 12
 """15°: the angles that designs mean are multiples of it."""
 PLACED, COARSEST = 0.501, 0.01
@@ -56,7 +58,7 @@ def rounding_of_angles(angles: Sequence[float]) -> float:
 
 def last_place(numbers: Iterable[float]) -> float:
     """The largest power of ten of which all numbers are multiples; 0 if there are no numbers, or no such power."""
-    sizes = [abs(number) for number in numbers if number != 0]
+    sizes = [abs(number) for number in numbers if abs(number) > LEAST]
     if not sizes:
         return 0.0
     highest = math.floor(math.log10(max(sizes)))

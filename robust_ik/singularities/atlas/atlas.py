@@ -29,8 +29,9 @@ class SingularityAtlas(AtlasRecord):
         settings: Settings of the search.
         interrupted: Whether it was stopped before it was done.
         certificate: The proofs that were tried, checked if complete; None if none was asked for.
-        nearly: Rows of the arm without its small tilts and offsets, of which the arm itself has none: there it is
-            nearly singular, as `off` and `floor` of each say.
+        nearly: Rows of the arm without its small tilts and offsets, as far as a short search finds them, that are none
+            of the arm itself: there it is nearly singular, or has singular configurations nearby that no short
+            relation describes; see `off` and `floor` of each.
     """
 
     def __str__(self) -> str:

@@ -82,6 +82,7 @@ def _check_values(record: Settings | Evidence | Stratum) -> None:
 def _check_robot(facts: RobotFacts) -> None:
     """Checks that names are text, arrays have a number for each joint, and the exact arm is the analysed one."""
     names = (facts.name, facts.tip, facts.inexact, *facts.chain.joint_names, *facts.floating, *facts.symbols)
+    names = (*names, *facts.changes, *facts.near_changes)
     if not all(isinstance(name, str) for name in names):
         raise LoadError("a name is no text")
     if not all(isinstance(value, float) and math.isfinite(value) for value in facts.symbols.values()):
@@ -89,6 +90,13 @@ def _check_robot(facts: RobotFacts) -> None:
     chains = (facts.chain, facts.given) if facts.near is None else (facts.chain, facts.given, facts.near)
     for chain in chains:
         _check_chain(chain)
+        if _kind(chain) != _kind(facts.chain):
+            raise LoadError("the geometry that was given is of other joints than the one that was analysed")
+    scale: object = facts.length_scale
+    if isinstance(scale, bool) or not isinstance(scale, (int, float)) or not 0 < scale <= LARGEST:
+        raise LoadError(f"length_scale cannot be {str(scale)[:40]!r}")
+    if not isinstance(facts.snapped, bool):
+        raise LoadError(f"snapped cannot be {str(facts.snapped)[:40]!r}")
     n = facts.chain.n
     if not (facts.lower.shape == facts.upper.shape == (n,) and len(facts.continuous) == n):
         raise LoadError(f"limits are not of {n} joints")
@@ -104,6 +112,11 @@ def _check_robot(facts: RobotFacts) -> None:
         raise LoadError("its proofs are about another arm than its rows")
 
 
+def _kind(chain: ScrewChain) -> object:
+    """What chains of the same joints share: which slide, what follows what, periods, and the unit of length."""
+    return chain.sliding, chain.slides, chain.mixing.tolist(), chain.period.tolist(), chain.length_scale
+
+
 def _check_chain(chain: ScrewChain) -> None:
     checked_rows(chain.rows)
     n, c = chain.n, len(chain.sliding)
@@ -115,6 +128,8 @@ def _check_chain(chain: ScrewChain) -> None:
         array = getattr(chain, name)
         if array.shape != shape or not (name == "period" or _usual(array)):
             raise LoadError(f"{name} must be {' by '.join(map(str, shape))} finite numbers of at most {LARGEST:g}")
+    if len(chain.slides) != n or not all(isinstance(each, bool) for each in (*chain.slides, *chain.sliding)):
+        raise LoadError("which joints slide is not said of every joint")
     turns = chain.period[np.isfinite(chain.period)]
     if not np.array_equal(turns, np.full(len(turns), 2 * np.pi)):
         raise LoadError("a joint comes back to the same pose after another angle than a whole turn")
@@ -136,6 +151,8 @@ def _check_row(chain: ScrewChain, row: Stratum) -> None:
     bound |= {joint for each in row.relations for joint in each.joints}
     if sorted((*row.free, *bound)) != list(range(chain.n)):
         raise LoadError(f"the joints of a row of corank {row.corank} are not the robot's")
+    if any(len(values) != len(row.conditions) for values in row.inside):
+        raise LoadError(f"a row of corank {row.corank} has combinations of values of other conditions")
     left = chain.n - len(row.conditions) - len(row.relations)
     if row.samples.shape[1:] != (chain.n,) or not (row.dimension < left if row.curve else row.dimension == left):
         raise LoadError(f"a row of corank {row.corank} has not the dimension {row.dimension}")

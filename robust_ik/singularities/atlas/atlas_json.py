@@ -100,6 +100,7 @@ def to_plain(atlas: AtlasRecord) -> dict[str, Any]:
         "inexact": facts.inexact,
         "near": None if facts.near is None else _chain(facts.near),
         "near_changes": list(facts.near_changes),
+        "length_scale": facts.length_scale,
         "floating": list(facts.floating),
     }
     return {
@@ -128,10 +129,10 @@ def from_plain(data: dict[str, Any]) -> AtlasRecord:
             "upper": _array(robot["upper"], np.inf),
             "chain": chain,
             "given": chain if robot["given"] is None else _read_chain(robot["given"]),
-            "changes": tuple(str(each) for each in robot["changes"]),
+            "changes": tuple(robot["changes"]),
             "tool": _array(robot["tool"]),
             "near": None if robot["near"] is None else _read_chain(robot["near"]),
-            "near_changes": tuple(str(each) for each in robot["near_changes"]),
+            "near_changes": tuple(robot["near_changes"]),
             "floating": tuple(robot["floating"]),
             "exact": None if robot["exact"] is None else Proof.from_json(json.dumps(robot["exact"])).arm,
         }

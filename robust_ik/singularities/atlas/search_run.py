@@ -37,7 +37,8 @@ def extend(
     state = state_of(atlas)
     state.settings = replace(atlas.settings, starts=atlas.settings.starts + int(starts))
     state.executor = executor
-    return searched(state, int(starts), progress)
+    found = searched(state, int(starts), progress)
+    return replace(found, nearly=atlas.nearly) if found.interrupted and not found.nearly else found
 
 
 def searched(state: SearchState, starts: int, progress: ProgressCallback | None) -> AtlasRecord:
@@ -58,7 +59,11 @@ def searched(state: SearchState, starts: int, progress: ProgressCallback | None)
         evidence = judged(state)
     except KeyboardInterrupt:
         interrupted, evidence = True, _unjudged(state)
-    nearly = () if interrupted else _nearly(state, strata)
+    nearly: tuple[Stratum, ...] = ()
+    try:
+        nearly = () if interrupted else _nearly(state, strata)
+    except KeyboardInterrupt:
+        interrupted = True
     proofs = tuple(state.proven[k].proof for k in sorted(state.proven))
     certificate = Certificate(proofs) if proofs else None
     listed = tuple(in_metres(state.facts, row) for row in strata)
@@ -66,7 +71,7 @@ def searched(state: SearchState, starts: int, progress: ProgressCallback | None)
 
 
 def _nearly(state: SearchState, strata: Sequence[Stratum]) -> tuple[Stratum, ...]:
-    """The rows of the arm without its small tilts and offsets that are no rows of the arm; none after Ctrl-C.
+    """The rows of the arm without its small tilts and offsets that are no rows of the arm.
 
     Nothing is claimed of their completeness: there is no hold-out and no proof.
     """
@@ -74,13 +79,10 @@ def _nearly(state: SearchState, strata: Sequence[Stratum]) -> tuple[Stratum, ...
     if facts is None:
         return ()
     near = SearchState(facts, replace(state.settings, starts=NEAR, certified=False), executor=state.executor)
-    try:
-        for corank in _wanted(near):
-            if not CorankSearch(near, corank).read(NEAR):
-                break
-        rows = [row for made in make_rows(facts, near.leaves, near.rng(0, 9)) for row in made]
-    except KeyboardInterrupt:
-        return ()
+    for corank in _wanted(near):
+        if not CorankSearch(near, corank).read(NEAR):
+            break
+    rows = [row for made in make_rows(facts, near.leaves, near.rng(0, 9)) for row in made]
     return tuple(in_metres(facts, row) for row in rows if not is_listed(state.facts.chain, strata, row))
 
 

@@ -131,7 +131,7 @@ class RobotFacts:
     @cached_property
     def units(self) -> Array:
         """The units in which joint values are searched: 1 rad, and for slides the arm's unit of length, m, (n,)."""
-        return np.where(self.chain.slides, self.chain.length_scale, 1.0)
+        return readonly(np.where(self.chain.slides, self.chain.length_scale, 1.0))
 
     def measured_in(self, units: Array) -> RobotFacts:
         """The same facts with joint values in other units; one robot at any size has the same ones in `units`.
@@ -149,7 +149,7 @@ class RobotFacts:
             near=None if self.near is None else self.near.measured_in(units),
             lower=self.lower / units,
             upper=self.upper / units,
-            exact=None if self.exact is None else _sized(self.exact, 1 / float(units[self.chain.slides][0])),
+            exact=None if self.exact is None else _sized(self.exact, 1 / float(units[np.array(self.chain.slides)][0])),
         )
 
     @property

@@ -27,7 +27,9 @@ REFERENCE = "local_world_aligned"
 SIZED, VANISHING = 20, 1e-3
 """Configurations whose median σ₁ is the usual one, and the fraction of it below which a Jacobian vanishes."""
 FAR = 10.0
-"""Slides with a longer travel, in sizes of the arm, are searched as those without limits are: near the arm.
+"""Slides with a longer travel, in sizes of the arm, or driven by more turns, are searched near the arm.
+
+So are those without limits.
 
 Chosen: what turns is to be seen beside what slides; a lift or a linear axis travels a few times the arm's size.
 """
@@ -54,6 +56,7 @@ class ScrewChain:
         lower: Lower ends of the ranges to search, (n,): −π, or the limit of a sliding joint.
         upper: Upper ends.
         period: Change of each value after which the pose is the same again, 2π; infinite if there is none, (n,).
+        slides: Which of the n values are lengths; the others are angles, also where a slide follows them.
     """
 
     joint_names: tuple[str, ...]
@@ -67,6 +70,7 @@ class ScrewChain:
     lower: Array
     upper: Array
     period: Array
+    slides: tuple[bool, ...]
 
     def __post_init__(self) -> None:
         for name in ("rotations", "offsets", "tip", "mixing", "lower", "upper", "period"):
@@ -101,6 +105,7 @@ class ScrewChain:
             lower=lower,
             upper=upper,
             period=period,
+            slides=tuple(bool(each) for each in robot.sliding),
         )
 
     @property
@@ -119,19 +124,11 @@ class ScrewChain:
         return min(self.m, self.n)
 
     @property
-    def slides(self) -> NDArray[np.bool_]:
-        """Which independent joints only slide what they move, (n,)."""
-        used = self.mixing != 0
-        return np.asarray(
-            (used & np.array(self.sliding)[:, None]).any(axis=0)
-            & (~(used & ~np.array(self.sliding)[:, None]).any(axis=0))
-        )
-
-    @property
     def is_serial(self) -> bool:
         """Whether each joint moves by a value of its own: angles as they are, slides in any unit."""
+        turns = ~np.array(self.slides)
         own = len(self.sliding) == self.n and bool(((self.mixing != 0) == np.eye(self.n, dtype=bool)).all())
-        return own and bool((self.mixing[np.ix_(~self.slides, ~self.slides)] == np.eye(sum(~self.slides))).all())
+        return own and bool((self.mixing[np.ix_(turns, turns)] == np.eye(sum(turns))).all())
 
     def measured_in(self, units: Array) -> ScrewChain:
         """The same chain with joint values in other units.
@@ -288,13 +285,19 @@ def ranges(robot: Robot, sliding: Mask, mixing: Array) -> tuple[Array, Array, Ar
     slides = (used & sliding[:, None]).any(axis=0)
     least = np.min(np.where(used, np.abs(mixing), 1.0), axis=0, initial=1.0)
     whole = (np.round(mixing) == mixing).all(axis=0)
-    low, high = _travel(robot.lower, robot.upper, robot.length_scale, FAR * robot.size)
+    lengths = np.array(robot.sliding)
+    low, high = _travel(
+        robot.lower,
+        robot.upper,
+        np.where(lengths, robot.length_scale, np.pi),
+        np.where(lengths, FAR * robot.size, FAR * 2 * np.pi),
+    )
     period = np.where(whole & ~slides, 2 * np.pi, np.inf)
     return np.where(slides, low, -np.pi / least), np.where(slides, high, np.pi / least), period
 
 
-def _travel(lower: Array, upper: Array, unit: float, far: float) -> tuple[Array, Array]:
-    """Ends of the ranges of slides: their limits, or two units of length if there are none or they are far apart."""
+def _travel(lower: Array, upper: Array, unit: Array, far: Array) -> tuple[Array, Array]:
+    """Ends of the ranges of what slides: limits, or two units of value if there are none or they are far apart."""
     wide = ~(upper - lower <= far)
     middle = np.clip(0.0, np.where(np.isfinite(lower), lower + unit, -np.inf), np.inf)
     middle = np.clip(middle, -np.inf, np.where(np.isfinite(upper), upper - unit, np.inf))

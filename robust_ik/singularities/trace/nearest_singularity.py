@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -57,12 +57,13 @@ def nearest(facts: RobotFacts, strata: Sequence[Stratum], values: Array) -> list
         values: Joint values, rad and m, (n,).
     """
     even, units, found = facts.measured_in(facts.units), facts.units, []
+    told = replace(facts.chain, length_scale=facts.length_scale)
     for stratum in strata:
         leaves = stratum.measured_in(units, facts.symbols).leaves
         ends = [_nearest_on(even.chain, leaf, values / units) for leaf in leaves]
         away, end = min(((float(np.linalg.norm(each - values / units)), each) for each in ends), key=lambda one: one[0])
         path = values + np.linspace(0.0, 1.0, PATH)[:, None] * (end * units - values)
-        sigma = svd(facts.chain.jacobian(path)).s[:, facts.chain.full_rank - stratum.corank]
+        sigma = svd(told.jacobian(path)).s[:, told.full_rank - stratum.corank]
         found.append(Nearest(stratum, away, end * units, path, sigma))
     return sorted(found, key=lambda each: (each.distance, -each.stratum.dimension))
 
