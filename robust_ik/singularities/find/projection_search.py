@@ -108,5 +108,5 @@ def step(at: Residual, damping: Array) -> Array:
     size, result = min(p, n), np.empty((count, n))
     mu = damping * at.norm * at.scale
     room = np.empty((size, size)), np.empty((1, size))
-    steps(at.derivative, np.ascontiguousarray(at.weakest), mu, LONGEST_STEP, *room, result)
+    steps(np.ascontiguousarray(at.derivative), np.ascontiguousarray(at.weakest), mu, LONGEST_STEP, *room, result)
     return result
