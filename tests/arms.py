@@ -9,6 +9,13 @@ import robust_ik as rik
 
 UR5 = [(0, 0.089159, np.pi / 2), (-0.425, 0, 0), (-0.39225, 0, 0), (0, 0.10915, np.pi / 2), (0, 0.09465, -np.pi / 2)]
 
+LIFT = [
+    ("0 0 0.1", "0 0 0", "0 0 1", -3, 3), ("0.15 0.2 0.3", "0 0 0", "1 0 0", -0.5, 0.5, "slide"),
+    ("0 0 0.2", "0 0 0", "0 1 0", -3, 3), ("0.4 0 0", "0 0 0", "0 1 0", -3, 3), ("0.35 0 0", "0 0 0", "1 0 0", -3, 3),
+    ("0 0 0", "0 0 0", "0 1 0", -3, 3), ("0 0 0", "0 0 0", "1 0 0", -3, 3),
+]  # fmt: skip
+"""A turn, a slide across it, and an arm of five joints."""
+
 
 def arm_of(joints, tool, size=1.0):
     """A robot from lines of (origin, rpy, axis, lower, upper), and "slide" of those that do; lengths times size."""

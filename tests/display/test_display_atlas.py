@@ -23,6 +23,7 @@ from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.robot.robot import Robot
 from robust_ik.singularities import Curve, WrenchScrew, find_singularities, trace
 from robust_ik.singularities.trace.torus_curves import pairs, strokes
+from tests.arms import LIFT, arm_of
 from tests.display.test_display_report import ARM, EVIL, Tags, animations_of, data_of, tracks
 
 
@@ -307,3 +308,19 @@ def test_the_page_of_an_arm_with_few_joints_says_what_its_corank_counts(tmp_path
     assert "one motion of the joints does not move the tip" in text
     assert "2 motions of the joints do not move the tip" in text
     assert "direction is lost" not in text
+
+
+@pytest.mark.parametrize("size", [2.0**-12, 2.0**12])
+def test_families_of_arms_that_slide_are_walked_through_in_the_arm_s_own_unit(size):
+    robot = arm_of(LIFT, "0.1 0 0", size)
+    atlas = rik.find_singularities(robot, 1, starts=100, certify=False)
+    assert len(atlas) > 0
+    for family in families(atlas, robot):
+        assert family.inside == family.stratum.within_limits
+        for motion, least in ((family.walk, 0.1), (family.sway, 0.02)):
+            span = np.ptp(motion.values, axis=0)
+            span[1] /= size
+            assert least < span[1] < 1.0
+            assert span.max() > 0.3
+        s = np.linalg.svd(robot.jacobian(robot.configuration(family.walk.values)), compute_uv=False)
+        assert (s[:, -1] < 1e-9 * s[:, 0]).all()

@@ -20,7 +20,7 @@ from robust_ik.singularities.geometry.line_arm import LineArm, made_parallel
 from robust_ik.singularities.geometry.screw_chain import ScrewChain, axes_at_zero
 from robust_ik.singularities.geometry.straightening import straightened
 from robust_ik.singularities.lost_motion import sides
-from tests.arms import arm_of, times, ur5
+from tests.arms import LIFT, arm_of, times, ur5
 
 DATA = Path(__file__).parents[1] / "data"
 STARTS = 200
@@ -132,14 +132,6 @@ def test_rows_words_and_proofs_are_the_same_at_any_size(size):
         (row.corank, row.words, row.lost.words) for row in other
     ]
     assert [each.status for each in one.evidence] == [each.status for each in other.evidence]
-
-
-LIFT = [
-    ("0 0 0.1", "0 0 0", "0 0 1", -3, 3), ("0.15 0.2 0.3", "0 0 0", "1 0 0", -0.5, 0.5, "slide"),
-    ("0 0 0.2", "0 0 0", "0 1 0", -3, 3), ("0.4 0 0", "0 0 0", "0 1 0", -3, 3), ("0.35 0 0", "0 0 0", "1 0 0", -3, 3),
-    ("0 0 0", "0 0 0", "0 1 0", -3, 3), ("0 0 0", "0 0 0", "1 0 0", -3, 3),
-]  # fmt: skip
-"""A turn, a slide across it, and an arm of five joints."""
 
 
 def shaped(atlas, size):

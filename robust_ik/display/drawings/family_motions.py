@@ -21,7 +21,7 @@ from robust_ik.singularities.trace import Curve, stroll, trace, within_limits
 WALK, SWAY = 12.0, 8.0
 """Durations of a round trip through a family, and of one out of it to both sides, s."""
 REACHES = (0.8, 0.5, 0.3)
-"""Lengths of the way out, rad or m."""
+"""Lengths of the way out, rad, and for slides in the arm's unit of length."""
 FRAMES_PER_SECOND = 10
 """Few frames are enough, since joints move slowly: the viewer interpolates."""
 
@@ -74,15 +74,18 @@ class Family:
 
     @classmethod
     def of(cls, atlas: SingularityAtlas, stratum: Stratum, robot: Robot) -> Family:
-        """A stratum of a robot's atlas, prepared for display."""
-        facts, curves = atlas.robot, trace(atlas, stratum)
-        rest = robot.joint_values(robot.rest)
-        trip = stroll(facts, stratum, curves, rest, round(WALK * FRAMES_PER_SECOND) + 1)
-        lost = _lost_at(robot, facts.chain, trip.values[0], stratum.corank)
-        way = _way_inside(facts, trip.values[0], lost)
-        tip = robot.pose(robot.configuration(trip.values))[:, :3, 3]
-        twists = _lost_twists(robot, facts.chain.rows, stratum.corank, trip.values, lost.twists)
-        walk = ShownMotion(trip.values, WALK, tip, tip, twists)
+        """A stratum of a robot's atlas, prepared for display; slides move in the arm's unit of length."""
+        facts, curves, units = atlas.robot, trace(atlas, stratum), atlas.robot.units
+        even, row = facts.measured_in(units), stratum.measured_in(units, facts.symbols)
+        along = [replace(curve, values=curve.values / units) for curve in curves]
+        rest = robot.joint_values(robot.rest) / units
+        trip = stroll(even, row, along, rest, round(WALK * FRAMES_PER_SECOND) + 1)
+        values = trip.values * units
+        lost = _lost_at(robot, facts.chain, values[0], stratum.corank)
+        way = _way_inside(robot, facts, values[0], stratum.corank)
+        tip = robot.pose(robot.configuration(values))[:, :3, 3]
+        twists = _lost_twists(robot, facts.chain.rows, stratum.corank, values, lost.twists)
+        walk = ShownMotion(values, WALK, tip, tip, twists)
         return cls(stratum, curves, walk, trip.inside, lost, way, _sway(robot, way, walk))
 
 
@@ -109,11 +112,11 @@ def _same_arm(facts: RobotFacts, robot: Robot) -> bool:
     return bool(np.abs(given.jacobian(values) - theirs).max() < SAME)
 
 
-def _lost_at(robot: Robot, chain: ScrewChain, values: Array, corank: int) -> LostMotion:
-    """The motion lost at joint values (n,), in metres for any length scale of the search."""
+def _lost_at(robot: Robot, chain: ScrewChain, values: Array, corank: int, units: Array | float = 1.0) -> LostMotion:
+    """The motion lost at joint values (n,), which are in these units; in metres for any length scale of the search."""
     chain = replace(chain, length_scale=1.0)
     rows = tuple(ROWS.index(row) for row in chain.rows)
-    T_world_tool = robot.pose(robot.configuration(values))
+    T_world_tool = robot.pose(robot.configuration(values * units))
     return lost_motion(chain.jacobian(values), chain.hessian(values), T_world_tool, corank, rows)
 
 
@@ -132,13 +135,16 @@ def _lost_twists(robot: Robot, rows: tuple[str, ...], corank: int, values: Array
     return twists
 
 
-def _way_inside(facts: RobotFacts, values: Array, lost: LostMotion) -> WayOut:
+def _way_inside(robot: Robot, facts: RobotFacts, values: Array, corank: int) -> WayOut:
     """The way out, as far as it stays within the joint limits, but long enough to be seen."""
+    units = facts.units
+    even = facts.measured_in(units)
+    lost = _lost_at(robot, even.chain, values / units, corank, units)
     for reach in REACHES:
-        way = way_out(facts.chain, values, lost, reach)
-        if within_limits(facts, way.values):
+        way = way_out(even.chain, values / units, lost, reach)
+        if within_limits(even, way.values):
             break
-    return way
+    return replace(way, motion=way.motion * units, values=way.values * units)
 
 
 def _sway(robot: Robot, way: WayOut, walk: ShownMotion) -> ShownMotion:
