@@ -118,10 +118,9 @@ class LineArm:
         vague = [_vagueness(link, most) for link in self.links]
         links, changes = [], []
         for i, (link, (along, across)) in enumerate(zip(self.links, even)):
+            turn = most.angle + min(vague[i - 1] + vague[i], VAGUE)
             new = NormalLink(
-                _nominal(link.theta, min(most.angle + vague[i - 1] + vague[i], most.angle + VAGUE))
-                if i
-                else link.theta,
+                _nominal(link.theta, turn) if i else link.theta,
                 float(np.copysign(along, link.d)) if i else link.d,
                 float(np.copysign(across, link.a)),
                 _nominal(link.alpha, most.angle),
@@ -204,9 +203,9 @@ def _nominal(value: float, tolerance: float) -> float:
 def _alike(sizes: Array, most: Tolerance) -> Array:
     """Sizes with those near zero made zero, and those near each other their middle, (N,)."""
     result = np.where(sizes <= most.short, 0.0, sizes)
-    written = (
-        np.abs(sizes - most.place * np.round(sizes / most.place)) <= WRITTEN * most.place if most.place else sizes < 0
-    )
+    written = np.zeros(len(sizes), dtype=bool)
+    if most.place > 0:
+        written = np.abs(sizes / most.place - np.round(sizes / most.place)) <= WRITTEN
     order = [int(i) for i in np.argsort(result) if result[i] > 0]
     while order:
         first = result[order[0]]
