@@ -86,6 +86,7 @@ from robust_ik.inverses import ChiaveriniFiltering as ChiaveriniFiltering
 from robust_ik.inverses import DampedLeastSquares as DampedLeastSquares
 from robust_ik.inverses import DulebaAdditive as DulebaAdditive
 from robust_ik.inverses import DulebaClamp as DulebaClamp
+from robust_ik.inverses import Exit as Exit
 from robust_ik.inverses import FilteredInverse as FilteredInverse
 from robust_ik.inverses import GainFormula as GainFormula
 from robust_ik.inverses import Halley as Halley
@@ -97,6 +98,7 @@ from robust_ik.inverses import MaciejewskiKlein as MaciejewskiKlein
 from robust_ik.inverses import MoorePenrose as MoorePenrose
 from robust_ik.inverses import NakamuraHanafusa as NakamuraHanafusa
 from robust_ik.inverses import RobustInverse as RobustInverse
+from robust_ik.inverses import SecondOrder as SecondOrder
 from robust_ik.inverses import Sigmoid as Sigmoid
 from robust_ik.inverses import SingularValueFilter as SingularValueFilter
 from robust_ik.inverses import Sugihara as Sugihara
@@ -118,6 +120,7 @@ from robust_ik.pose_ik import PoseStatus as PoseStatus
 from robust_ik.robot.loading import load as load
 from robust_ik.robot.mobile_base import on_base as on_base
 from robust_ik.robot.robot import Robot as Robot
+from robust_ik.robot.way_out import WayOut as WayOut
 from robust_ik.robot.workspace_map import Cells as Cells
 from robust_ik.robot.workspace_map import WorkspaceMap as WorkspaceMap
 from robust_ik.robot.workspace_map import map_workspace as map_workspace

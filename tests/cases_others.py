@@ -17,6 +17,7 @@ from robust_ik.inverses import (
     KelmarKhosla,
     MaciejewskiKlein,
     RobustInverse,
+    SecondOrder,
     Sugihara,
     UserDefinedAccuracy,
     Weighted,
@@ -50,4 +51,6 @@ OTHER_CASES: list[RobustInverse] = [
     JParseWithGains(gamma=0.3, position_gain=9.0, orientation_gain=1.0),
     JParsePositionFirst(),
     JParsePositionFirst(gamma=0.02, position_gain=2.0, orientation_gain=0.5),
+    SecondOrder(),
+    SecondOrder(gamma=0.3, speed=0.5, acceleration=2.0),
 ]

@@ -21,6 +21,7 @@ from robust_ik.inverses.maciejewski_klein import MaciejewskiKlein, SmallestSingu
 from robust_ik.inverses.moore_penrose import MoorePenrose
 from robust_ik.inverses.nakamura_hanafusa import NakamuraHanafusa
 from robust_ik.inverses.sdls import SDLS
+from robust_ik.inverses.second_order import Exit, SecondOrder
 from robust_ik.inverses.sigmoid import Sigmoid
 from robust_ik.inverses.truncated_svd import TruncatedSVD
 from robust_ik.inverses.user_accuracy import UserDefinedAccuracy
@@ -51,6 +52,7 @@ CLASSES: tuple[type[RobustInverse], ...] = (
     Halley,
     JParseWithGains,
     JParsePositionFirst,
+    SecondOrder,
 )
 """Every inverse, filters first; all but Weighted can be made without arguments."""
 
@@ -67,6 +69,7 @@ __all__ = [
     "DampedLeastSquares",
     "DulebaAdditive",
     "DulebaClamp",
+    "Exit",
     "FilteredInverse",
     "GainFormula",
     "Halley",
@@ -79,6 +82,7 @@ __all__ = [
     "MoorePenrose",
     "NakamuraHanafusa",
     "RobustInverse",
+    "SecondOrder",
     "Sigmoid",
     "SingularValueFilter",
     "SmallestSingularValues",

@@ -16,7 +16,7 @@ from typing import Any, Literal, Self, Unpack
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robust_ik.checks import Array, alone, as_array, check_leading_axes, readonly
+from robust_ik.checks import Array, alone, as_array, as_measures, check_leading_axes, checked_parameter, readonly
 from robust_ik.checks.public_arguments import checked, checked_but
 from robust_ik.description.dh import DHTable
 from robust_ik.description.joint_tree import Description
@@ -30,6 +30,7 @@ from robust_ik.pose_ik.arm_size import find_size, is_usual, offsets_of, unit_of
 from robust_ik.robot.default_rest import SAMPLES, default_rest
 from robust_ik.robot.joint_map import JointMap
 from robust_ik.robot.pinocchio_model import Data, Model, PinocchioModel, build_model, joints_to_keep
+from robust_ik.robot.way_out import SINGULAR, WayOut, way_out
 from robust_ik.runtime.files import checked_folders
 from robust_ik.runtime.warn_once import warn_once
 
@@ -468,6 +469,35 @@ class Robot:
         solver = self.pose_solver(frame, wanted_rows(target, rows, self.rows))
         found = None if options else solver.quickly(target, q0)
         return solver.solve(target, q0, **options) if found is None else found
+
+    def way_out(
+        self,
+        q: ArrayLike,
+        twist: ArrayLike,
+        *,
+        frame: str | None = None,
+        rows: Sequence[str] | None = None,
+        threshold: float = SINGULAR,
+    ) -> WayOut:
+        """Whether and how a commanded motion can be followed from q, also where first order says that it is lost.
+
+        Args:
+            q: Configuration, (nq,).
+            twist: The command in the rows, (m,), m/s and rad/s at the frame's point in world axes; its length does not
+                matter.
+            frame: Link or joint; default the tip.
+            rows: Task rows; default `self.rows`.
+            threshold: σ/σ₁ up to which a direction counts as lost, above 0 and below 1.
+
+        Returns:
+            A verdict (fold, both ways, turn first, end of reach, structural, free) with the joint motion.
+        """
+        checked_parameter("threshold", threshold, above=0, below=1)
+        names = self.rows if rows is None else checked_rows(rows)
+        q, twist = self._checked(q), as_measures(twist, "twist", (len(names),))
+        if q.ndim != 1 or twist.ndim != 1:
+            raise InputError(f"one q and one twist are needed, got shapes {q.shape} and {twist.shape}")
+        return way_out(self, q, twist, frame, names, threshold)
 
     def solve_poses(
         self,

@@ -32,8 +32,9 @@ MOST_SECONDS = 60.0
 """For one call: some sample searches, on a busy machine, or compiles."""
 
 RECORDS = {
-    "Explanation", "PoseResult", "PoseResults", "Resolution", "LevelResult", "NewtonResult", "Trajectory", "Stratum",
-    "SingularityAtlas", "WorkspaceMap", "Cells", "PairDistance", "IgnoredPair", "PoseSolver", "Robot", "CollisionLimit",
+    "Explanation", "WayOut", "PoseResult", "PoseResults", "Resolution", "LevelResult", "NewtonResult", "Trajectory",
+    "Stratum", "SingularityAtlas", "WorkspaceMap", "Cells", "PairDistance", "IgnoredPair", "PoseSolver", "Robot",
+    "CollisionLimit",
     "JointLimits", "Ablation", "Card", "Jump", "TrackingReport", "Comparison", "ProofLeaf", "LeafPlace", "Proof",
     "JointRelation",    "Box", "Sphere", "Cylinder", "Verdict", "DrawnRobot", "MissingMesh", "Certificate",
     "Standstill", "SearchEnds", "Descent",
@@ -123,6 +124,7 @@ SAMPLES = {
     "s": lambda: np.array([1.5, 0.9, 0.5, 0.2, 0.1, 0.01]),
     "q": lambda: Q,
     "q0": lambda: Q,
+    "speed_limits": lambda: np.full(7, 2.0),
     "dq": lambda: np.full(7, 0.01),
     "qdot": lambda: np.full(7, 0.01),
     "theta": lambda: np.zeros((7, 6)),

@@ -198,9 +198,13 @@ def test_weights_work_at_lower_levels_and_bound_the_speed_of_algorithmic_singula
 # ---------------------------------------------------------------------------------------------------- relative
 NEITHER = (rik.FilteredInverse(rate=5.0, leakage=0.1, initial=None), rik.DulebaAdditive())
 """Always zero; relative to the lengths of rows, not to σ₁."""
+BY_COMMAND = tuple(each for each in OTHER_CASES if isinstance(each, rik.SecondOrder))
+"""Relative, and damped by the command: it is c J and c ẋ that give the same velocities."""
 
 
-@pytest.mark.parametrize("inverse", [each for each in CASES + OTHER_CASES if each not in NEITHER], ids=repr)
+@pytest.mark.parametrize(
+    "inverse", [each for each in CASES + OTHER_CASES if each not in NEITHER + BY_COMMAND], ids=repr
+)
 def test_thresholds_are_relative_if_and_only_if_velocities_scale_with_the_inverse_of_the_jacobian(inverse, rng):
     same = True
     for (m, n), small in zip([(3, 5), (6, 7), (2, 2), (5, 3)] * 3, np.repeat([0.3, 0.02, 1e-3], 4)):

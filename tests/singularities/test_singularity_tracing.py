@@ -11,7 +11,7 @@ from robust_ik.singularities.conditions.angle_sums import wrapped
 from robust_ik.singularities.families.limit_margin import slack
 from robust_ik.singularities.find.projection_search import project
 from robust_ik.singularities.lost_motion.along_a_stratum import lost_along
-from robust_ik.singularities.lost_motion.way_out import way_out
+from robust_ik.singularities.lost_motion.self_motion_way import self_motion_way
 from robust_ik.singularities.trace.continuation import STEP, followed
 from robust_ik.singularities.trace.family_tour import stroll
 
@@ -191,7 +191,7 @@ def test_a_stretched_arm_leaves_inwards_to_second_order():
     robot, atlas = rik.load("planar_2r"), find_singularities(rik.load("planar_2r"), 1, starts=50)
     q = np.array([0.4, 0.0])
     lost = lost_along(atlas.robot.chain, atlas.robot.tool, 1, q[None]).example
-    way = way_out(atlas.robot.chain, q, lost, reach=0.2, steps=20)
+    way = self_motion_way(atlas.robot.chain, q, lost, reach=0.2, steps=20)
     assert_allclose(way.values[20], q, atol=0)
     tip = robot.pose(way.values)[:, :3, 3]
     moved = tip - tip[20]
@@ -208,7 +208,7 @@ def test_a_way_out_moves_the_tool_along_what_is_lost_only():
     for row in atlas:
         q = row.samples[0]
         lost = lost_along(atlas.robot.chain, atlas.robot.tool, 1, q[None]).example
-        way = way_out(atlas.robot.chain, q, lost, reach=0.1, steps=50)
+        way = self_motion_way(atlas.robot.chain, q, lost, reach=0.1, steps=50)
         J = robot.jacobian(way.values)
         kept = svd(J[50]).U[:, :5]
         steps = np.diff(way.values, axis=0)

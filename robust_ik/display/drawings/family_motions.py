@@ -15,7 +15,7 @@ from robust_ik.singularities.atlas import SingularityAtlas
 from robust_ik.singularities.conditions import SAME, RobotFacts
 from robust_ik.singularities.families import Stratum
 from robust_ik.singularities.geometry import ScrewChain
-from robust_ik.singularities.lost_motion import LostMotion, WayOut, lost_directions, lost_motion, way_out
+from robust_ik.singularities.lost_motion import LostMotion, SelfMotionWay, lost_directions, lost_motion, self_motion_way
 from robust_ik.singularities.trace import Curve, stroll, trace, within_limits
 
 WALK, SWAY = 12.0, 8.0
@@ -69,7 +69,7 @@ class Family:
     walk: ShownMotion
     inside: bool
     lost: LostMotion
-    way: WayOut
+    way: SelfMotionWay
     sway: ShownMotion
 
     @classmethod
@@ -135,19 +135,19 @@ def _lost_twists(robot: Robot, rows: tuple[str, ...], corank: int, values: Array
     return twists
 
 
-def _way_inside(robot: Robot, facts: RobotFacts, values: Array, corank: int) -> WayOut:
+def _way_inside(robot: Robot, facts: RobotFacts, values: Array, corank: int) -> SelfMotionWay:
     """The way out, as far as it stays within the joint limits, but long enough to be seen."""
     units = facts.units
     even = facts.measured_in(units)
     lost = _lost_at(robot, even.chain, values / units, corank, units)
     for reach in REACHES:
-        way = way_out(even.chain, values / units, lost, reach)
+        way = self_motion_way(even.chain, values / units, lost, reach)
         if within_limits(even, way.values):
             break
     return replace(way, motion=way.motion * units, values=way.values * units)
 
 
-def _sway(robot: Robot, way: WayOut, walk: ShownMotion) -> ShownMotion:
+def _sway(robot: Robot, way: SelfMotionWay, walk: ShownMotion) -> ShownMotion:
     """A motion out to one side, back, out to the other side, and back."""
     share = np.sin(np.linspace(0.0, 2 * np.pi, round(SWAY * FRAMES_PER_SECOND) + 1))
     half = (len(way.values) - 1) / 2

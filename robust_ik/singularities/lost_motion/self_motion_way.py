@@ -18,7 +18,7 @@ from robust_ik.singularities.lost_motion.lost_motion import LostMotion
 
 
 @dataclass(frozen=True, eq=False)
-class WayOut:
+class SelfMotionWay:
     """The self-motion that leads out fastest, followed to both sides.
 
     Attributes:
@@ -38,7 +38,9 @@ class WayOut:
         object.__setattr__(self, "values", readonly(self.values))
 
 
-def way_out(chain: ScrewChain, values: Array, lost: LostMotion, reach: float = 0.5, steps: int = 24) -> WayOut:
+def self_motion_way(
+    chain: ScrewChain, values: Array, lost: LostMotion, reach: float = 0.5, steps: int = 24
+) -> SelfMotionWay:
     """The way out of a singular configuration.
 
     Args:
@@ -62,7 +64,7 @@ def way_out(chain: ScrewChain, values: Array, lost: LostMotion, reach: float = 0
     kept = whole_svd(chain.jacobian(values)).U[:, :rank]
     ahead, back = (_carried(chain, values, kept, sign * v, reach / steps, steps) for sign in (1.0, -1.0))
     way = np.concatenate([back[:0:-1], ahead])
-    return WayOut(direction, float(found.eigenvalues[strongest]), v, way)
+    return SelfMotionWay(direction, float(found.eigenvalues[strongest]), v, way)
 
 
 def _carried(chain: ScrewChain, values: Array, kept: Array, v: Array, size: float, steps: int) -> Array:

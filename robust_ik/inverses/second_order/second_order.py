@@ -1,0 +1,176 @@
+"""The second-order inverse: exact where it can be, calm out of reach, and able to leave exact singularities."""
+
+from __future__ import annotations
+
+import reprlib
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robust_ik.checks import Array, as_array, as_measures, check_leading_axes, checked_parameter
+from robust_ik.errors import InputError
+from robust_ik.inverses.base import Card, RobustInverse
+from robust_ik.inverses.second_order.turning import Turn
+from robust_ik.inverses.second_order.weak_motion import FLOOR, quartic, weak_motion
+from robust_ik.inverses.second_order.weak_rows import fade, weak_rows
+from robust_ik.inverses.task_equation import TaskEquation
+from robust_ik.kinematics.svd import svd
+
+
+@dataclass(frozen=True)
+class SecondOrder(RobustInverse):
+    """Exact where all σ ≥ γσ₁; below, the lost rows follow σz + τ/2 K[z, z] = c, their model to second order.
+
+    At a singularity no first-order rule moves along the lost direction, since the gradient vanishes: but where the
+    curvature K leads the way that is wanted, this one moves to a side. Where it leads away, the target is out of reach
+    and the arm comes to rest at the edge. Where there is none, a self-motion turns the lost direction, once the arm has
+    waited for a quarter of a second. The look-ahead τ is the shortest that joint speed and acceleration limits can
+    honour: it is not tuned.
+
+    `solve` has no Hessian: the lost rows are damped by what the command asks, λ = ‖c‖/(2 speed), so that their part of
+    the motion stays below `speed`. Outside a run (`begin`) there is no last velocity and no turning.
+
+    Watch for: joint limits are the resolver's, not of this inverse; `speed` and `acceleration` say how it plans. It
+    uses the acceleration that it is given: give what you want to see, not what the drive can do. The gain of the task,
+    1/s, times `horizon` should not be above 1.
+
+    Attributes:
+        gamma: γ, the threshold relative to σ₁, below 1.
+        speed: Joint speed limit, rad/s.
+        acceleration: Joint acceleration limit, rad/s².
+        horizon: The longest look-ahead, s.
+        turn: Speed of the turning self-motion as a fraction of `speed`, 0 for none.
+
+    Source: this project; second-order models of singular motion: Bedrossian 1990, Seng, O'Neil and Chen 1995.
+    """
+
+    source: ClassVar[str] = "this project; after Bedrossian 1990, Seng-O'Neil-Chen 1995"
+    card: ClassVar[Card] = Card(
+        formula="1/σ where σ ≥ γσ₁; below, least ‖σz + τGz + τ/2 K[z, z] − c‖² + zᵀμz",
+        largest_gain="none; the weak part stays near `speed`",
+        gain_at_zero="0 along σ, √(2c/(κτ)) along the curvature",
+        exact="σ ≥ γσ₁",
+        continuity="continuous, but for the choice of a side at a symmetric point",
+    )
+    gamma: float = 0.08
+    speed: float = 2.0
+    acceleration: float = 20.0
+    horizon: float = 0.25
+    turn: float = 1.0
+
+    def __post_init__(self) -> None:
+        checked_parameter("gamma", self.gamma, above=0, below=1)
+        for name in ("speed", "acceleration", "horizon"):
+            checked_parameter(name, getattr(self, name), above=0)
+        checked_parameter("turn", self.turn, least=0)
+
+    @classmethod
+    def from_limits(cls, speed_limits: ArrayLike, acceleration_limits: ArrayLike | None = None) -> SecondOrder:
+        """The inverse for the slowest of the joints.
+
+        Args:
+            speed_limits: (n,), rad/s; what is infinite does not count.
+            acceleration_limits: (n,), rad/s²; default ten times the speed limits.
+
+        Raises:
+            InputError: No limit is finite, or one is not > 0.
+        """
+        speed = _least("speed_limits", speed_limits)
+        if acceleration_limits is None:
+            return cls(speed=speed, acceleration=10 * speed)
+        return cls(speed=speed, acceleration=_least("acceleration_limits", acceleration_limits))
+
+    @property
+    def needs_hessian(self) -> bool:
+        """Yes."""
+        return True
+
+    @property
+    def relative(self) -> bool:
+        """Yes."""
+        return True
+
+    def solve(self, J: ArrayLike, xdot: ArrayLike) -> Array:
+        """The velocity without curvature; see `RobustInverse.solve`."""
+        J = as_array(J, "J", (None, None))
+        xdot = as_measures(xdot, "xdot", (J.shape[-2],))
+        check_leading_axes("J", J.shape[:-2], "xdot", xdot.shape[:-1])
+        found = svd(J)
+        largest = np.where(found.s[..., :1] > 0, found.s[..., :1], 1.0)
+        s = found.s / largest
+        c = (np.swapaxes(found.U, -1, -2) @ xdot[..., None])[..., 0] / largest
+        w = fade(s / self.gamma)
+        size = np.sqrt(np.sum((w * c) ** 2, axis=-1, keepdims=True))
+        damping = w * (FLOOR**2 + (size / (2 * self.speed)) ** 2)
+        squared = s**2 + damping
+        z = np.where(squared > 0, s / np.where(squared > 0, squared, 1.0), 0.0) * c
+        return np.asarray((z[..., None, :] @ found.Vt)[..., 0, :])
+
+    def velocity(self, equation: TaskEquation) -> Array:
+        """q̇ for ẋ as the first step of a run.
+
+        Raises:
+            InputError: The equation has no Hessian.
+        """
+        return self.begin(0.0).velocity(equation)
+
+    def begin(self, dt: float) -> RobustInverse:
+        """An inverse that keeps the last velocity and the turn from step to step, dt seconds apart."""
+        return _SecondOrderRun(self, dt)
+
+
+class _SecondOrderRun(RobustInverse):
+    source: ClassVar[str] = SecondOrder.source
+    card: ClassVar[Card] = SecondOrder.card
+
+    def __init__(self, inverse: SecondOrder, dt: float) -> None:
+        self.inverse, self.dt = inverse, dt
+        self._last: Array | None = None
+        self._turn = Turn()
+
+    @property
+    def needs_hessian(self) -> bool:
+        return True
+
+    @property
+    def relative(self) -> bool:
+        return True
+
+    def begin(self, dt: float) -> RobustInverse:
+        return self.inverse.begin(dt)
+
+    def solve(self, J: ArrayLike, xdot: ArrayLike) -> Array:
+        return self.inverse.solve(J, xdot)
+
+    def velocity(self, equation: TaskEquation) -> Array:
+        if equation.hessian is None:
+            raise InputError("SecondOrder needs the Hessian ∂J/∂q of the task, the equation has none")
+        J = as_array(equation.J, "J", (None, None))
+        m, n = J.shape
+        H = as_array(equation.hessian, "hessian", (m, n, n))
+        xdot = as_measures(equation.xdot, "xdot", (m,))
+        last = self._last if self._last is not None and self._last.shape == (n,) else np.zeros(n)
+        self._last = self._next(J, xdot, H, last) if J.any() else np.zeros(n)
+        return self._last
+
+    def _next(self, J: Array, xdot: Array, H: Array, last: Array) -> Array:
+        own = self.inverse
+        rows = weak_rows(J, xdot, H, own.gamma)
+        if rows.sigma.size == 0 or rows.speed == 0:
+            self._turn = Turn()
+            return rows.kept
+        f = quartic(rows, own.speed, own.acceleration, own.horizon, self.dt)
+        z = weak_motion(f, last, rows.kernel, rows.speed, own.speed)
+        turn = self._turn.after(rows, f, z, self.dt)
+        z, self._turn = turn.added(rows, f, z, own.turn * own.speed, self.dt)
+        return np.asarray(rows.kept + rows.kernel @ z)
+
+
+def _least(name: str, limits: ArrayLike) -> float:
+    found = as_array(limits, name, (), finite=False)
+    finite = found[np.isfinite(found)]
+    if finite.size == 0 or np.isnan(found).any() or found.min() <= 0:
+        raise InputError(f"{name} must be > 0, and one of them finite, got {reprlib.repr(limits)}")
+    return float(finite.min())

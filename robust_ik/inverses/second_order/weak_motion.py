@@ -1,0 +1,161 @@
+"""The kernel motion that serves the weak rows best: least f(z) = ½‖Dz + τ/2 K[z, z] − c‖² + ½ zᵀ diag(μ) z.
+
+f is a quartic with several minima. At a singularity its gradient at rest vanishes, but along a direction in which the
+curvature serves the command f falls to both sides: rest is a saddle, and both sides are tried. Arrays only.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from robust_ik.checks import Array
+from robust_ik.inverses.second_order.weak_rows import WeakRows
+
+FLOOR = 1.5e-3
+"""λ of the weak rows, relative to σ₁: noise of the command moves joints by at most 1/(2 λ) of it."""
+SHORTEST, STEPS = 0.02, 4
+"""The shortest look-ahead: seconds, and time steps. Several keep a loop that is late or noisy from overshooting."""
+BENT = 4.0
+"""How soon curvature takes over from damping. Chosen: less damps exits, more lets speeds grow where it is doubtful."""
+STIFF = 1e-6
+"""Least κ to divide by."""
+ROUNDS, TRIES = 25, 6
+"""Most Newton steps from a start, and dampings of each. Chosen: 6 are usual, the flattest minima took up to 20."""
+FARTHEST = 2.0
+"""No start is farther than this many times `speed`, so that few steps lead to the minimum."""
+MOVING = 1e-3
+"""A last velocity of more than this part of `speed` decides to which side a symmetric saddle is left."""
+HYSTERESIS = 0.05
+"""What changing sides costs, relative to (‖c‖/speed)². Chosen: more than noise of 1e-4 rad makes of two equal sides."""
+LEAST_FADE = 1e-3
+"""Null-space motion costs at least this part of the full damping."""
+
+
+@dataclass(frozen=True, eq=False)
+class Quartic:
+    """f, with what it was made from.
+
+    Attributes:
+        D: (k, p).
+        K: τ times the curvature, (k, p, p).
+        c: (k,).
+        mu: μ, (p,).
+        look_ahead: τ, s.
+        curvature: κ = max |eig C|/‖c‖, 1/rad.
+    """
+
+    D: Array
+    K: Array
+    c: Array
+    mu: Array
+    look_ahead: float
+    curvature: float
+
+    def residual(self, z: Array) -> Array:
+        """C − Dz − τ/2 K[z, z], (k,)."""
+        return np.asarray(self.c - self.D @ z - 0.5 * (self.K @ z) @ z)
+
+    def value(self, z: Array) -> float:
+        """f(z)."""
+        r = self.residual(z)
+        return 0.5 * float(r @ r) + 0.5 * float(z @ (self.mu * z))
+
+    @property
+    def at_rest(self) -> Array:
+        """The second derivative of f at z = 0, (p, p)."""
+        B = self.D.T @ self.D - np.tensordot(self.c, self.K, 1)
+        return np.asarray(B + np.diag(self.mu))
+
+    def damped(self) -> Array:
+        """The minimum without curvature, (p,)."""
+        return np.asarray(np.linalg.solve(self.D.T @ self.D + np.diag(self.mu), self.D.T @ self.c))
+
+    def descended(self, z: Array) -> Array:
+        """A minimum of f near z, (p,): Newton's method with |eigenvalues|, damped until f falls."""
+        least, damping, value = 0.5 * float(self.mu.min()) + 1e-12, 0.0, self.value(z)
+        for _ in range(ROUNDS):
+            slope, r = self.D + self.K @ z, self.residual(z)
+            gradient = self.mu * z - slope.T @ r
+            if np.abs(gradient).max() < 1e-8 * (np.linalg.norm(self.c) + 1e-12):
+                break
+            B = slope.T @ slope - np.tensordot(r, self.K, 1) + np.diag(self.mu)
+            values, vectors = np.linalg.eigh(B)
+            values, slant = np.maximum(np.abs(values), least), vectors.T @ gradient
+            for _ in range(TRIES):
+                further = z - vectors @ (slant / (values + damping))
+                lower = self.value(further)
+                if lower < value:
+                    break
+                damping = max(4 * damping, 1e-3 * values[-1])
+            else:
+                break
+            z, value, damping = further, lower, 0.25 * damping if damping > 4e-9 else 0.0
+        return z
+
+
+def quartic(rows: WeakRows, speed: float, acceleration: float, horizon: float, dt: float) -> Quartic:
+    """F of weak rows.
+
+    The look-ahead is the shortest that the actuators can honour. Towards a fold with curvature κ, tracking ẋ to the end
+    takes a speed that grows without bound; a look-ahead τ brings it down to √(2c/(κτ)), and the deceleration to
+    √(2c/(κτ³)).
+
+    Args:
+        rows: The weak rows.
+        speed: Joint speed limit, rad/s.
+        acceleration: Joint acceleration limit, rad/s².
+        horizon: Longest look-ahead, s.
+        dt: Time step, s.
+    """
+    k, p = rows.cross.shape
+    size = rows.speed + 1e-300
+    curvature = float(np.abs(np.linalg.eigvalsh(rows.pull)).max()) / size
+    kappa = max(curvature, STIFF)
+    wanted = max((2 * size / (kappa * acceleration**2)) ** (1 / 3), 2 * size / (kappa * speed**2))
+    tau = min(max(wanted, SHORTEST, STEPS * dt), horizon)
+    D = tau * rows.cross
+    D[np.arange(k), np.arange(k)] += rows.sigma
+    squared = FLOOR**2 + max(0.0, (size / (2 * speed)) ** 2 - BENT * size * curvature * tau)
+    mu = squared * np.concatenate([rows.fades, np.full(p - k, max(rows.fade, LEAST_FADE))])
+    return Quartic(D, tau * rows.bend, rows.command, mu, tau, curvature)
+
+
+def weak_motion(f: Quartic, last: Array, kernel: Array, size: float, speed: float) -> Array:
+    """The z, (p,), with the least f; nearly equal minima are told apart by the last velocity.
+
+    Args:
+        f: The quartic.
+        last: The last joint velocities, (n,).
+        kernel: Z, (n, p).
+        size: ‖w c‖, rad/s.
+        speed: Joint speed limit, rad/s.
+    """
+    before, start = kernel.T @ last, f.damped()
+    start = start * min(1.0, FARTHEST * speed / max(float(np.linalg.norm(start)), 1e-300))
+    starts = [start]
+    values, vectors = np.linalg.eigh(f.at_rest)
+    if values[0] < 0:
+        d = vectors[:, 0]
+        far = min(np.sqrt(2 * size / (max(f.curvature, STIFF) * f.look_ahead)), FARTHEST * speed)
+        side = chosen_side(before @ d, start @ d, kernel @ d, speed)
+        starts.append(side * far * d)
+        if abs(before @ d) <= MOVING * speed:
+            starts.append(-side * far * d)
+    if np.abs(before).max() > MOVING * speed:
+        starts.append(before)
+    ends = [f.descended(z) for z in starts]
+    turn = HYSTERESIS * (size / speed) ** 2
+    costs = [f.value(z) + turn * min(1.0, float(np.sum((z - before) ** 2))) for z in ends]
+    return ends[int(np.argmin(np.array(costs) + 1e-9 * size**2 * np.arange(len(costs))))]
+
+
+def chosen_side(before: float, start: float, motion: Array, speed: float) -> float:
+    """±1: on along the last velocity, else as the first-order motion, else so that the largest joint turns positive."""
+    if abs(before) > MOVING * speed:
+        return float(np.sign(before))
+    if abs(start) > MOVING**2 * speed:
+        return float(np.sign(start))
+    largest = np.flatnonzero(np.abs(motion) > 0.99 * np.abs(motion).max())[0]
+    return float(np.sign(motion[largest]))

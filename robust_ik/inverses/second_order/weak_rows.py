@@ -1,0 +1,99 @@
+"""The rows of a task that are nearly lost, to second order in the joint motions that are free there.
+
+J = U diag(σ) Vᵀ is split at γσ₁. The kept rows fix a part q̇ₚ of the motion; what is left free is the kernel, weak
+right singular vectors and null space together: at σ = 0 nothing tells them apart. For a kernel motion z, over a
+look-ahead τ, the weak rows move at σᵢzᵢ + τ (Gz)ᵢ + τ/2 Kᵢ[z, z]: by what σ is, by how it changes as the kept rows
+move, and by its own curvature. Everything is divided by σ₁, so that task speeds are in rad/s. Arrays only.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from robust_ik.checks import Array
+from robust_ik.kinematics.svd import whole_svd
+
+
+@dataclass(frozen=True, eq=False)
+class WeakRows:
+    """The k weak rows of a task of rank r + k, and the p kernel motions.
+
+    Attributes:
+        sigma: σ/σ₁ of the weak rows, (k,).
+        directions: U₂, what is nearly lost, (m, k).
+        largest: σ₁.
+        command: c = U₂ᵀẋ/σ₁, (k,), rad/s.
+        fades: w, (k,): 0 at the threshold, 1 from half of it.
+        kernel: Z, orthonormal columns, (n, p); the first k belong to the weak rows.
+        kept: q̇ₚ, the motion of the kept rows, (n,).
+        bend: K, (k, p, p), symmetric, faded: per rad.
+        cross: G, (k, p), faded.
+        turning: How fast the lost command turns towards the kept rows along the kernel, (r, p), 1/rad.
+    """
+
+    sigma: Array
+    directions: Array
+    largest: float
+    command: Array
+    fades: Array
+    kernel: Array
+    kept: Array
+    bend: Array
+    cross: Array
+    turning: Array
+
+    @property
+    def fade(self) -> float:
+        """The largest of the fades."""
+        return float(self.fades.max())
+
+    @property
+    def speed(self) -> float:
+        """‖w c‖, rad/s."""
+        return float(np.linalg.norm(self.fades * self.command))
+
+    @property
+    def pull(self) -> Array:
+        """C = Σ cᵢKᵢ, (p, p): along its positive eigenvectors curvature leads where the command wants to go."""
+        return np.asarray(np.tensordot(self.command, self.bend, 1))
+
+
+def fade(fraction: Array) -> Array:
+    """1 up to half of the threshold, 0 from the threshold on, with slope 0 at both: (...) → (...)."""
+    t = np.clip(2 * (1 - fraction), 0.0, 1.0)
+    return np.asarray(t * t * (3 - 2 * t))
+
+
+def weak_rows(J: Array, xdot: Array, hessian: Array, gamma: float, *, faded: bool = True) -> WeakRows:
+    """Splits J q̇ = ẋ at γσ₁.
+
+    Args:
+        J: (m, n), not zero.
+        xdot: ẋ, (m,).
+        hessian: ∂J/∂q, (m, n, n).
+        gamma: γ.
+        faded: Whether what is second-order fades towards γ; else it counts in full.
+
+    Returns:
+        The weak rows; none, (0,), where all σ ≥ γσ₁. Rows that an arm with fewer joints never has are left out.
+    """
+    found = whole_svd(J)
+    largest = found.s[0]
+    s, asked = found.s / largest, found.U.T @ xdot / largest
+    r = int(np.sum(s >= gamma))
+    U, V, Z = found.U[:, r : len(s)], found.Vt[:r].T, found.Vt[r:].T
+    kept = V @ (asked[:r] / s[:r])
+    fades = fade(s[r:] / gamma) if faded else np.ones(len(s) - r)
+    reach = np.concatenate([fades, np.full(Z.shape[1] - len(fades), fades.max(initial=0.0))])
+    forms = np.tensordot(U.T, hessian, 1) / largest
+    forms = 0.5 * (forms + np.swapaxes(forms, 1, 2))
+    along = forms @ Z
+    bend = (Z.T @ along) * (reach[:, None] * reach) * fades[:, None, None]
+    cross = (kept @ along) * reach * fades[:, None]
+    command = asked[r : len(s)]
+    size = np.linalg.norm(command)
+    lost = command / size if size > 0 else command
+    turning = np.tensordot(lost, V.T @ along, 1) / s[:r, None]
+    return WeakRows(s[r:], U, float(largest), command, fades, Z, kept, bend, cross, turning)

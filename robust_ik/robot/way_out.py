@@ -1,0 +1,175 @@
+"""Tells for a configuration and a commanded motion whether, and how, the arm can follow it from there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from robust_ik.checks import Array, readonly
+from robust_ik.inverses.second_order import Exit, exit_verdict, weak_rows
+from robust_ik.kinematics.svd import whole_svd
+
+LOST = 1e-9
+"""Share of a command that counts as lost: what rounding leaves."""
+SINGULAR = 0.01
+"""σ/σ₁ up to which a direction counts as lost. Chosen: there a default controller begins to slow down."""
+STEP, FURTHEST = 0.02, float(np.pi)
+"""A self-motion is followed in steps of so much of its fastest joint, to so far on either side, rad."""
+SERVED = 0.5
+"""A turn has gone far enough where so much of the command can be followed."""
+USABLE = 0.02
+"""σ/σ₁ from which a direction can be used: below, joint speeds are fifty times those of the best direction."""
+
+
+class Moving(Protocol):
+    """What a robot must be able to do; see `Robot`."""
+
+    @property
+    def n(self) -> int:
+        """How many joints."""
+
+    @property
+    def length_scale(self) -> float:
+        """The unit of length, m."""
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Of the n joints."""
+
+    def jacobian(self, q: ArrayLike, frame: str | None = None, *, rows: tuple[str, ...]) -> Array:
+        """J, (m, n)."""
+
+    def hessian(self, q: ArrayLike, frame: str | None = None, *, rows: tuple[str, ...]) -> Array:
+        """The derivative of J, (m, n, n)."""
+
+    def integrate(self, q: ArrayLike, dq: ArrayLike) -> Array:
+        """The configuration after a step, (nq,)."""
+
+
+@dataclass(frozen=True, eq=False)
+class WayOut:
+    """Whether and how a commanded motion can be followed.
+
+    Attributes:
+        exit: What it is; its value is a sentence.
+        lost: The direction of the command that is lost, (m,), of length 1 in rows divided by the length scale; zero if
+            none is.
+        share: Its share of the command, 0 to 1, by the same measure.
+        motion: The joint motion that follows the command, or that turns first, of length 1, (n,), rad or m.
+        curvature: By how much the tool moves along what is lost: κ s²/2 for s of `motion`, in units of rows per rad².
+        turn: How far the fastest joint must turn along `motion` until half of the command can be followed, rad;
+            infinite if a half turn to either side is not enough, 0 where nothing need turn.
+        joint_names: Of the n joints.
+    """
+
+    exit: Exit
+    lost: Array
+    share: float
+    motion: Array
+    curvature: float
+    turn: float
+    joint_names: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "lost", readonly(self.lost))
+        object.__setattr__(self, "motion", readonly(self.motion))
+
+    @property
+    def text(self) -> str:
+        """The verdict with its numbers, one sentence."""
+        if self.exit is Exit.FREE:
+            return f"{self.exit.value}."
+        said = f"{self.share:.0%} of the command is lost: {self.exit.value}"
+        if self.motion.any():
+            said += f"; {self._joints()}"
+        if self.exit is Exit.TURN_FIRST:
+            if np.isfinite(self.turn):
+                said += f", by {self.turn:.2g} rad of the fastest joint until half of the command can be followed"
+            else:
+                said += "; within half a turn to either side less than half of the command can be followed"
+        return f"{said}."
+
+    def __str__(self) -> str:
+        return self.text
+
+    def _joints(self) -> str:
+        order = np.argsort(-np.abs(self.motion), kind="stable")
+        shown = [j for j in order if abs(self.motion[j]) > 0.1 * np.abs(self.motion).max()]
+        parts = [f"{self.motion[j] / np.abs(self.motion).max():+.2f} {self.joint_names[j]}" for j in sorted(shown)]
+        return "joints move as " + " ".join(parts)
+
+
+def way_out(
+    robot: Moving, q: Array, twist: Array, frame: str | None, rows: tuple[str, ...], threshold: float
+) -> WayOut:
+    """The way out of q for a command; arguments are checked already.
+
+    Args:
+        robot: The robot.
+        q: Configuration, (nq,).
+        twist: The command in the rows, (m,).
+        frame: As for `Robot.jacobian`.
+        rows: Task rows.
+        threshold: σ/σ₁ up to which a direction counts as lost.
+    """
+    looked = _Looked(robot, frame, rows, threshold)
+    command = twist * looked.weights
+    asked = float(np.linalg.norm(command))
+    if asked == 0 or not looked.jacobian(q).any():
+        return looked.nothing(Exit.FREE if asked == 0 else Exit.STRUCTURAL)
+    weak = weak_rows(looked.jacobian(q), command, looked.hessian(q), threshold, faded=False)
+    size = float(np.linalg.norm(weak.command)) * weak.largest
+    if size <= LOST * asked:
+        return looked.nothing(Exit.FREE)
+    found = exit_verdict(weak)
+    lost = weak.directions @ weak.command * (weak.largest / size)
+    side, turn = looked.turned(q, lost, found.motion) if found.exit is Exit.TURN_FIRST else (1.0, 0.0)
+    bent = {Exit.FOLD: found.curvature, Exit.BOTH_WAYS: found.curvature, Exit.END_OF_REACH: found.opposite}
+    curvature = bent.get(found.exit, 0.0) * weak.largest
+    return WayOut(found.exit, lost, size / asked, side * found.motion, curvature, turn, robot.joint_names)
+
+
+@dataclass(frozen=True, eq=False)
+class _Looked:
+    """A robot, as the way out looks at it: rows in metres are divided by its length scale."""
+
+    robot: Moving
+    frame: str | None
+    rows: tuple[str, ...]
+    threshold: float
+
+    @property
+    def weights(self) -> Array:
+        return np.array([1 / self.robot.length_scale if row in ("x", "y", "z") else 1.0 for row in self.rows])
+
+    def jacobian(self, q: Array) -> Array:
+        return self.weights[:, None] * self.robot.jacobian(q, self.frame, rows=self.rows)
+
+    def hessian(self, q: Array) -> Array:
+        return self.weights[:, None, None] * self.robot.hessian(q, self.frame, rows=self.rows)
+
+    def nothing(self, kind: Exit) -> WayOut:
+        m, n = len(self.rows), self.robot.n
+        return WayOut(kind, np.zeros(m), 0.0, np.zeros(n), 0.0, 0.0, self.robot.joint_names)
+
+    def turned(self, q: Array, lost: Array, motion: Array) -> tuple[float, float]:
+        """To which side a turn is shorter, ±1, and how far it must go, rad; infinite if none goes far enough."""
+        forth, back = (self._angle(q, lost, side * motion) for side in (1.0, -1.0))
+        return (1.0, forth) if forth <= back else (-1.0, back)
+
+    def _angle(self, q: Array, lost: Array, motion: Array) -> float:
+        for step in range(1, int(FURTHEST / STEP) + 1):
+            q = self.robot.integrate(q, STEP / np.abs(motion).max() * motion)
+            found = whole_svd(self.jacobian(q))
+            s = found.s / found.s[0]
+            if np.linalg.norm(found.U[:, : len(s)][:, s >= USABLE].T @ lost) >= SERVED:
+                return step * STEP
+            kernel = found.Vt[int(np.sum(s > self.threshold)) :]
+            along = kernel.T @ (kernel @ motion)
+            if np.linalg.norm(along) < SERVED:
+                return float(np.inf)  # the self-motion ends here
+            motion = along / np.linalg.norm(along)
+        return float(np.inf)

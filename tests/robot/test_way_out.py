@@ -1,0 +1,100 @@
+"""Whether a command can be followed out of a singular configuration, held against the arm's own motion."""
+
+import numpy as np
+import pytest
+
+import robust_ik as rik
+from robust_ik.kinematics.svd import svd
+from robust_ik.robot.way_out import WayOut
+from tests.inverses.test_second_order import ARMS, beyond, singular
+
+S = 1e-3
+"""Steps along a motion, rad: its effect to second order is 1e-6, to third 1e-9."""
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_the_joint_motion_moves_the_tool_along_the_command_by_half_the_curvature_to_either_side(name, rng):
+    robot, seen = rik.load(name), 0
+    for q, u in singular(robot, rng, 6):
+        for side in (1.0, -1.0):
+            way = robot.way_out(q, side * u)
+            assert way.share == pytest.approx(1)
+            np.testing.assert_allclose(way.lost, side * u, atol=1e-6)
+            if way.exit not in (rik.Exit.FOLD, rik.Exit.BOTH_WAYS):
+                assert not way.motion.any() or way.exit is rik.Exit.TURN_FIRST
+                continue
+            seen += 1
+            for step in (S, -S):
+                there = robot.integrate(q, step * way.motion)
+                row = rik.FrameTask(robot.pose(there), gain=1) if len(robot.rows) == 6 else None
+                error = row.equation(robot, q).error if row else (robot.pose(there) - robot.pose(q))[:3, 3]
+                assert side * u @ error == pytest.approx(0.5 * way.curvature * S**2, rel=0.02, abs=20 * S**3)
+    assert seen or name in ("srs_7r",)
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_a_command_and_its_opposite_get_verdicts_that_fit_each_other(name, rng):
+    robot, kinds = rik.load(name), rik.Exit
+    pairs = {kinds.FOLD: kinds.END_OF_REACH, kinds.END_OF_REACH: kinds.FOLD}
+    for q, u in singular(robot, rng, 6):
+        there, back = (robot.way_out(q, side * u) for side in (1.0, -1.0))
+        assert back.exit is pairs.get(there.exit, there.exit)
+
+
+def test_known_families_have_their_verdicts(rng):
+    pa10, kinds = rik.load("pa10"), rik.Exit
+
+    def found(robot, values):
+        q = robot.configuration(values)
+        u = svd(robot.jacobian(q)).U[:, -1]
+        return {robot.way_out(q, side * u).exit for side in (1.0, -1.0)}
+
+    assert found(pa10, [0.3, 0.8, -0.4, 0.0, 0.6, 0.9, 0.2]) == {kinds.FOLD, kinds.END_OF_REACH}
+    assert found(pa10, [0.3, 0.0, np.pi / 2, 1.1, 0.6, 0.9, 0.2]) == {kinds.BOTH_WAYS}
+    assert found(rik.load("puma560"), [0.3, -0.8, 2.6, 0.5, 0.0, 0.9]) == {kinds.TURN_FIRST}
+    assert found(rik.load("ur5"), [0.3, -0.8, 0.0, 0.5, 1.0, 0.9]) == {kinds.FOLD, kinds.END_OF_REACH}
+
+
+def test_a_command_that_is_not_lost_is_free(rng):
+    robot = rik.load("panda")
+    way = robot.way_out(robot.rest, rng.normal(size=6))
+    assert way.exit is rik.Exit.FREE
+    assert way.share == 0
+    assert not way.motion.any()
+    assert way.turn == 0
+    assert way.text == "nothing that is asked for is lost here."
+    assert robot.way_out(robot.rest, np.zeros(6)).exit is rik.Exit.FREE
+
+
+@pytest.mark.parametrize("size", [1e-3, 1e3])
+def test_the_size_of_an_arm_changes_no_verdict(size):
+    robot, large = (rik.Robot.from_dh(planar(length)) for length in (1.0, size))
+    for values in ([0.3, 0.0, 0.4], [0.3, 1.0, 0.0], [0.1, 0.7, -0.9]):
+        for angle in np.linspace(0, 2 * np.pi, 7):
+            twist = np.array([np.cos(angle), np.sin(angle)])
+            first, second = (each.way_out(each.configuration(values), twist) for each in (robot, large))
+            assert first.exit is second.exit
+            np.testing.assert_allclose(second.motion, first.motion, atol=1e-9)
+
+
+def planar(length):
+    joints = tuple(rik.DHJoint(a=length * a, d=0.0, alpha=0.0) for a in (0.5, 0.4, 0.3))
+    return rik.DHTable(joints, "standard", name="planar", rows=("x", "y"))
+
+
+def test_the_text_tells_the_verdict_the_joints_and_the_turn():
+    robot = rik.load("puma560")
+    q = robot.configuration([0.3, -0.8, 2.6, 0.5, 0.0, 0.9])
+    u = svd(robot.jacobian(q)).U[:, -1]
+    way = robot.way_out(q, u)
+    assert isinstance(way, WayOut)
+    assert str(way) == way.text
+    assert way.text.startswith("100% of the command is lost: the tool cannot move this way yet")
+    assert "1.00 joint4" in way.text
+    assert "1.00 joint6" in way.text
+    assert "rad of the fastest joint" in way.text
+    with pytest.raises(rik.InputError, match="one q and one twist are needed"):
+        robot.way_out(np.stack([q, q]), u)
+    with pytest.raises(rik.InputError, match="threshold must be > 0 and < 1"):
+        robot.way_out(q, u, threshold=2)
+    assert beyond(robot, q, np.zeros(6)) == pytest.approx(robot.pose(q))
