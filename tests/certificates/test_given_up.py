@@ -38,12 +38,12 @@ def test_a_split_that_is_given_up_would_not_have_become_complete(name, monkeypat
 
 
 def test_many_cases_that_wait_end_a_split_before_its_steps_do(monkeypatch):
-    treated, treat = [], _Splitter._treat
-    monkeypatch.setattr(_Splitter, "_treat", lambda self, state: treated.append(self.effort.steps) or treat(self, state))
+    left, treat = [], _Splitter._treat
+    monkeypatch.setattr(_Splitter, "_treat", lambda self, state: left.append(self.effort.steps) or treat(self, state))
     found = proof("ur5", 2, quick(60_000))
     assert found.status == "open"
-    assert treated[-1] > 3_000
-    assert len(treated) < len(found.nodes)
+    assert left[-1] > 3_000
+    assert len(left) < len(found.nodes)
     assert {node.reason for node in found.nodes if node.kind == "open"} == {"too large: no steps are left"}
 
 
