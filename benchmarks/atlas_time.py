@@ -1,8 +1,8 @@
 """Times the atlas of an arm: all coranks, default settings, after everything compiled is there.
 
-`python -m benchmarks.atlas_time` prints the table for the PA-10; with `--write` it goes into docs/benchmarks.md, JSON
-beside it. A process of its own each time, one thread: CPU time of the first search, which compiles or reads what is
-compiled, and of the second.
+`python -m benchmarks.atlas_time` prints the table for arms of six, seven and ten joints; with `--write` it goes into
+docs/benchmarks.md, JSON beside it. A process of its own each time, one thread: CPU time of the first search, which
+compiles or reads what is compiled, and of the second.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from benchmarks.environments import UnavailableError, call, progress
 from benchmarks.report import Report, options
 from benchmarks.rounds import spread
 
-ROBOTS = ("pa10",)
+ROBOTS = ("pa10", "panda", "ur5", "kinova_gen3", "srs_10r")
 COLUMNS = (
     "robot",
     "rows / pieces by corank",

@@ -87,7 +87,8 @@ def best_proof(arm: ExactArm, corank: int, deadline: float, effort: Effort) -> P
 
     best: Proof | None = None
     for link in middle_links(arm)[:LINKS]:
-        proof = Proof(plain_arm(arm), corank, link, split(arm, corank, link, deadline, effort))
+        spoilt = _spoilt(best, effort)
+        proof = Proof(plain_arm(arm), corank, link, split(arm, corank, link, deadline, effort, spoilt))
         if proof.status == "proved":
             return proof
         if best is None or _rank(proof) < _rank(best):
@@ -96,6 +97,13 @@ def best_proof(arm: ExactArm, corank: int, deadline: float, effort: Effort) -> P
             break
     assert best is not None
     return best
+
+
+def _spoilt(best: Proof | None, effort: Effort) -> tuple[str, ...]:
+    """The kinds of cases that make a proof no better than the best one so far, or than none."""
+    if best is None:
+        return () if effort.whole else ("open",)
+    return ("open",) if best.status == "open" else ("open", "implicit")
 
 
 def plain_arm(arm: ExactArm) -> Arm:

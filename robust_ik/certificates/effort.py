@@ -18,6 +18,8 @@ class TooLargeError(Exception):
 class OutOfStepsError(TooLargeError):
     """No steps are left."""
 
+    text = "no steps are left"
+
 
 @dataclass
 class Effort:
@@ -28,12 +30,14 @@ class Effort:
         degree: Largest degree of a number field over ℚ.
         bits: Most bits expected in the numbers of a norm, of a resultant, or after a root is adjoined.
         steps: Steps left.
+        whole: Whether all cases are looked at though one of them stays open.
     """
 
     terms: int
     degree: int
     bits: float
     steps: float
+    whole: bool = False
 
     @classmethod
     def quick(cls, joints: int) -> Effort:
@@ -43,7 +47,7 @@ class Effort:
     @classmethod
     def thorough(cls) -> Effort:
         """Unlimited work: the caller ends it."""
-        return cls(terms=20_000, degree=16, bits=math.inf, steps=math.inf)
+        return cls(terms=20_000, degree=16, bits=math.inf, steps=math.inf, whole=True)
 
     def spend(self, steps: float) -> None:
         """Subtracts steps that are about to be taken.
@@ -53,7 +57,7 @@ class Effort:
         """
         self.steps -= steps
         if self.steps < 0:
-            raise OutOfStepsError("no steps are left")
+            raise OutOfStepsError(OutOfStepsError.text)
 
     def check_terms(self, count: int, what: str) -> None:
         """Raises if a polynomial has too many terms.

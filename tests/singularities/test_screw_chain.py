@@ -78,12 +78,12 @@ def test_a_batch_has_the_bits_of_each_alone(name):
     its, rng = chain(name), np.random.default_rng(5)
     values = its.random(rng, MANY)
     whole = Residual.at(its, values, 2)
-    moved = step(whole, np.full(MANY, 0.1))
+    moved = step(whole, 0.1 * whole.norm)
     for index in range(MANY):
         alone = Residual.at(its, values[index : index + 1], 2)
         assert_array_equal(alone.s[0], whole.s[index])
         assert_array_equal(alone.derivative[0], whole.derivative[index])
-        assert_array_equal(step(alone, np.array([0.1]))[0], moved[index])
+        assert_array_equal(step(alone, 0.1 * alone.norm)[0], moved[index])
 
 
 def test_no_configurations_have_no_contractions():
@@ -138,11 +138,11 @@ def test_a_residual_is_that_of_numpy_for_the_same_vectors(name, corank, rng):
 
 
 # ------------------------------------------------------------------------------------------ its steps
-def plain_step(at, damping):
+def plain_step(at, mu):
     """By normal equations in NumPy."""
     A, n = at.derivative, at.derivative.shape[2]
     gram = np.swapaxes(A, 1, 2) @ A
-    mu = damping * at.norm * at.scale + 1e-15 * np.trace(gram, axis1=1, axis2=2)
+    mu = mu + 1e-15 * np.trace(gram, axis1=1, axis2=2)
     move = -np.linalg.solve(gram + mu[:, None, None] * np.eye(n), np.swapaxes(A, 1, 2) @ at.vector[..., None])[..., 0]
     longest = np.abs(move).max(axis=1, keepdims=True)
     return move * (LONGEST_STEP / np.maximum(longest, LONGEST_STEP))
@@ -152,15 +152,16 @@ def plain_step(at, damping):
 def test_steps_solve_the_damped_normal_equations(corank, rng):
     its = chain("pa10")
     at = Residual.at(its, its.random(rng, MANY), corank)
-    assert_allclose(step(at, np.full(MANY, 0.1)), plain_step(at, 0.1), rtol=1e-9, atol=1e-9)
-    assert_allclose(step(at, np.full(MANY, 1e-4)), plain_step(at, 1e-4), rtol=1e-6, atol=1e-6)
+    large, small = (damping * at.norm * at.scale for damping in (0.1, 1e-4))
+    assert_allclose(step(at, large), plain_step(at, large), rtol=1e-9, atol=1e-9)
+    assert_allclose(step(at, small), plain_step(at, small), rtol=1e-6, atol=1e-6)
 
 
 def test_steps_are_cut_as_a_whole_and_there_are_none_without_a_slope(rng):
     derivative = np.zeros((3, 2, 4))
     derivative[0, 0, :2], derivative[1, 0] = 1e-3, 1.0
     s = np.column_stack([np.ones(3), np.full(3, 0.1)])
-    moved = step(Residual(1, s, derivative, np.ones(3)), np.full(3, 1e-12))
+    moved = step(Residual(1, s, derivative, np.ones(3)), np.full(3, 1e-13))
     assert_allclose(moved[0], [-LONGEST_STEP, -LONGEST_STEP, 0, 0], atol=1e-6)
     assert_allclose(moved[1], np.full(4, -0.025), atol=1e-6)
     assert_array_equal(moved[2], np.zeros(4))

@@ -6,10 +6,11 @@ import heapq
 import itertools
 import math
 import time
+from collections.abc import Container
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from robust_ik.certificates.effort import Effort, TooLargeError
+from robust_ik.certificates.effort import Effort, OutOfStepsError, TooLargeError
 from robust_ik.certificates.proof.case_tree import ExactPin, Node, State
 from robust_ik.certificates.prover.case_decision import Case, Decision
 from robust_ik.certificates.prover.child_cases import factors, image
@@ -22,7 +23,17 @@ MAX_NODES = 5000
 """Most cases before the prover gives up. Chosen: nine times the Panda's for corank 2 (565); a split may never end."""
 
 
-def split(arm: ExactArm, corank: int, link: int, deadline: float, effort: Effort) -> tuple[Node, ...]:
+OUT_OF_TIME = "out of time"
+"""Why a case was not looked at: the time was up, or there were too many of them."""
+OUT_OF_STEPS = f"too large: {OutOfStepsError.text}"
+"""The same: the steps that are left are fewer than the cases that wait take at least."""
+NOT_LOOKED_AT = "another case is open or implicit"
+"""The same: it cannot make the proof complete any more."""
+
+
+def split(
+    arm: ExactArm, corank: int, link: int, deadline: float, effort: Effort, spoilt: Container[str] = ()
+) -> tuple[Node, ...]:
     """The cases, the root first.
 
     Args:
@@ -31,8 +42,9 @@ def split(arm: ExactArm, corank: int, link: int, deadline: float, effort: Effort
         link: The link whose frame is used.
         deadline: When to stop, in the time of `time.monotonic`; undecided cases then stay open.
         effort: The effort that is allowed.
+        spoilt: Kinds of cases after which no other one is worth looking at: all that wait stay open.
     """
-    return _Splitter(Columns(arm, link), corank, deadline, effort).run()
+    return _Splitter(Columns(arm, link), corank, deadline, effort, spoilt).run()
 
 
 @dataclass
@@ -41,6 +53,7 @@ class _Splitter:
     corank: int
     deadline: float
     effort: Effort
+    spoilt: Container[str]
     nodes: list[Node] = field(default_factory=list)
     ids: dict[State, int] = field(default_factory=dict)
     waiting: list[tuple[int, int]] = field(default_factory=list)
@@ -49,16 +62,35 @@ class _Splitter:
 
     def run(self) -> tuple[Node, ...]:
         self._node(State())
-        while self.waiting:
+        while self.waiting and not self._given_up():
             _, index = heapq.heappop(self.waiting)
-            if time.monotonic() > self.deadline or len(self.nodes) > MAX_NODES:
-                self.nodes[index] = replace(self.nodes[index], reason="out of time")
-                continue
             self.nodes[index] = self._treat(self.nodes[index].state)
             if self.nodes[index].kind == "leaf":
                 self.leaves.append(index)
+            if self.nodes[index].kind in self.spoilt:
+                self._leave(NOT_LOOKED_AT)
         self._drop_contained()
         return tuple(self.nodes)
+
+    def _given_up(self) -> bool:
+        """Whether the cases that wait were left open, as they cannot all be treated."""
+        if time.monotonic() > self.deadline or len(self.nodes) > MAX_NODES:
+            self._leave(OUT_OF_TIME)
+        elif len(self.waiting) * self._least > self.effort.steps:
+            self.effort.steps = -1
+            self._leave(OUT_OF_STEPS)
+        return not self.waiting
+
+    def _leave(self, reason: str) -> None:
+        """Leaves all cases that wait open."""
+        for _, index in self.waiting:
+            self.nodes[index] = replace(self.nodes[index], reason=reason)
+        self.waiting.clear()
+
+    @property
+    def _least(self) -> int:
+        """The steps that each case takes at least: for its Jacobian, and for work not counted elsewhere."""
+        return 2 * self.columns.arm.n**2
 
     def _node(self, state: State) -> int:
         """The node of a state; nodes with few conditions are treated first, so that a leaf precedes its parts."""
@@ -74,7 +106,7 @@ class _Splitter:
     def _treat(self, state: State) -> Node:
         case = self._case(state)
         try:
-            self.effort.spend(2 * self.columns.arm.n**2)  # for its Jacobian, and for work not counted elsewhere
+            self.effort.spend(self._least)
             inside = self._inside(case, self.leaves)
             return inside or self._decided(case, case.decide())
         except TooLargeError as error:

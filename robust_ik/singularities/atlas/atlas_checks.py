@@ -15,8 +15,8 @@ from robust_ik.kinematics.twist_rows import checked_rows
 from robust_ik.singularities.atlas.atlas_record import AtlasRecord, Settings
 from robust_ik.singularities.atlas.evidence import Evidence
 from robust_ik.singularities.conditions.condition_words import condition, equation
+from robust_ik.singularities.conditions.relation_bases import DEGREES
 from robust_ik.singularities.conditions.robot_facts import SAME, RobotFacts, jacobians_apart
-from robust_ik.singularities.conditions.trig_relations import DEGREES
 from robust_ik.singularities.families.leaf import is_singular
 from robust_ik.singularities.find.find_points import Method
 

@@ -111,8 +111,9 @@ class ProofOutcome:
                 for each in (leaf.samples, leaf.filled(chain, rng), solved(chain, leaf, rng, POINTS))
             ]
         )
-        away = np.min([np.full(len(values), np.inf), *(each.residual(values) for each in self.places)], axis=0)
-        return int(np.sum(away > STRAY))
+        for each in self.places:
+            values = values[each.residual(values) > STRAY]
+        return len(values)
 
     def judged(self, evidence: Evidence, unlisted: int, strays: int) -> Evidence:
         """The evidence with the proof added: certified only if the checker accepted and the list agrees.

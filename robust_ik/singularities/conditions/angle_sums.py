@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -16,6 +17,9 @@ KEPT = 500
 """Most sets of angles whose joints are kept. Chosen: an atlas has some 30; a few hundred bytes each."""
 PARALLEL = 1e-9
 """Axes are parallel if 1 − |cos| of their angle is less than this."""
+
+ROUNDING = 1e-9
+"""Part of a period by which a difference may be over half of it. Chosen: a few radians carry rounding of some 1e-15."""
 
 
 @dataclass(frozen=True, order=True)
@@ -68,10 +72,13 @@ class Angle:
 
 def wrapped(difference: Array | float, period: Array | float) -> Array:
     """Differences the short way round, in (−period/2, period/2]; unchanged if the period is infinite."""
+    if isinstance(difference, float) and isinstance(period, float) and math.isfinite(difference):  # quicker than arrays
+        turns = math.ceil(difference / period - 0.5 - ROUNDING) if math.isfinite(period) else 0
+        return np.asarray(difference - turns * period if turns else difference)
     finite = np.isfinite(period)
     if not finite.all():
         return np.where(finite, wrapped(difference, np.where(finite, period, 1.0)), difference)
-    return np.asarray(difference - np.ceil(np.asarray(difference) / period - 0.5 - 1e-9) * period)
+    return np.asarray(difference - np.ceil(np.asarray(difference) / period - 0.5 - ROUNDING) * period)
 
 
 def brought(values: Array, angles: Sequence[Angle], to: Array) -> Array:

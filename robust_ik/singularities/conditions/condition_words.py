@@ -14,7 +14,7 @@ from robust_ik.singularities.conditions.trig_relations import Relation, Term
 SAME = 1e-6
 """Relative difference up to which numbers have the same symbol."""
 TINY = 1e-4
-"""Coefficients below this are of lengths: fitted ones are larger, see `trig_relations.SMALLEST`."""
+"""Coefficients below this are of lengths: fitted ones are larger, see `relation_fitting.SMALLEST`."""
 Symbols = Mapping[str, float]
 
 

@@ -70,8 +70,13 @@ def _on_grid(chain: ScrewChain, leaf: Leaf, joints: list[int]) -> int:
 
 def _pieces(links: Indices, count: int) -> int:
     """The number of connected components of a graph with `count` nodes."""
+    return int(_piece_of(links, count).max()) + 1 if count else 0
+
+
+def _piece_of(links: Indices, count: int) -> Indices:
+    """The number of its connected component, from 0, for each of at least one node."""
     graph = coo_array((np.ones(len(links)), (links[:, 0], links[:, 1])), shape=(count, count))
-    return int(connected_components(graph, directed=False)[0]) if count else 0
+    return np.asarray(connected_components(graph, directed=False)[1])
 
 
 def _linked(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> int:
@@ -99,8 +104,11 @@ def _linked(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> int:
 
 def _all_links(chain: ScrewChain, leaf: Leaf, places: Array, owner: Indices, links: Indices) -> Indices:
     """The links between walks, extended until no more are found."""
+    near = _near(chain, places)
     for _ in range(ROUNDS):
-        pairs = _near_pairs(chain, places, owner, links)
+        piece = _piece_of(links, int(owner.max()) + 1)[owner]
+        near = near[piece[near[:, 0]] != piece[near[:, 1]]]
+        pairs = _closest(chain, places, piece, near)
         if len(pairs) == 0:
             break
         reached = _reached(chain, leaf, places[pairs[:, 0]], places[pairs[:, 1]])
@@ -110,19 +118,25 @@ def _all_links(chain: ScrewChain, leaf: Leaf, places: Array, owner: Indices, lin
     return links
 
 
-def _near_pairs(chain: ScrewChain, places: Array, owner: Indices, links: Indices) -> Indices:
-    """For each two groups of walks that come near each other, their closest points, (P, 2)."""
-    count = int(owner.max()) + 1
-    graph = coo_array((np.ones(len(links)), (links[:, 0], links[:, 1])), shape=(count, count))
-    piece = connected_components(graph, directed=False)[1][owner]
+def _near(chain: ScrewChain, places: Array) -> Indices:
+    """All pairs of places that are near each other, (P, 2)."""
     around = np.where(np.isfinite(chain.period), chain.period, 1e9)
     tree = cKDTree(np.mod(places, around), boxsize=np.nextafter(around, np.inf))
-    pairs = tree.query_pairs(NEAR, output_type="ndarray")
-    pairs = pairs[piece[pairs[:, 0]] != piece[pairs[:, 1]]]
-    apart = np.linalg.norm(wrapped(places[pairs[:, 0]] - places[pairs[:, 1]], chain.period), axis=1)
-    pairs = pairs[np.argsort(apart)]
-    keys = np.sort(piece[pairs], axis=1)
-    _, first = np.unique(keys, axis=0, return_index=True)
+    return np.asarray(tree.query_pairs(NEAR, output_type="ndarray"))
+
+
+def _closest(chain: ScrewChain, places: Array, piece: Indices, near: Indices) -> Indices:
+    """For each two pieces that come near each other their closest places, (P, 2).
+
+    Args:
+        chain: What moves the tip.
+        places: Joint values, (N, n).
+        piece: The piece of each place, (N,).
+        near: Pairs of places of different pieces, (M, 2).
+    """
+    apart = np.linalg.norm(wrapped(places[near[:, 0]] - places[near[:, 1]], chain.period), axis=1)
+    pairs = near[np.argsort(apart)]
+    _, first = np.unique(np.sort(piece[pairs], axis=1), axis=0, return_index=True)
     return np.asarray(pairs[first])
 
 

@@ -15,7 +15,9 @@ from robust_ik.checks import Array
 from robust_ik.kinematics.svd import singular_values
 from robust_ik.singularities.conditions.angle_sums import Angle, candidates
 from robust_ik.singularities.conditions.dependent_angles import INDEPENDENT, Circuit, circuit_groups, independent
-from robust_ik.singularities.conditions.trig_relations import SHORT, Known, Relation, simplest
+from robust_ik.singularities.conditions.relation_bases import Known
+from robust_ik.singularities.conditions.relation_fitting import SHORT, simplest
+from robust_ik.singularities.conditions.trig_relations import Relation
 from robust_ik.singularities.families.leaf import Leaf, Pin, nice
 from robust_ik.singularities.find.tangent_walk import tangents, walk
 from robust_ik.singularities.geometry.screw_chain import ScrewChain

@@ -14,7 +14,8 @@ import numpy as np
 from robust_ik.checks import Array
 from robust_ik.kinematics.svd import svd
 from robust_ik.singularities.conditions.angle_sums import Angle, brought, candidates
-from robust_ik.singularities.conditions.trig_relations import Relation, simplest
+from robust_ik.singularities.conditions.relation_fitting import simplest
+from robust_ik.singularities.conditions.trig_relations import Relation
 from robust_ik.singularities.families.leaf import Leaf, Pin, is_singular, nice
 from robust_ik.singularities.find.find_points import local_dimensions
 from robust_ik.singularities.find.rank_residual import Residual

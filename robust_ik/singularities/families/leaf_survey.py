@@ -110,10 +110,11 @@ def _on_leaves(chain: ScrewChain, corank: int, leaves: Sequence[Leaf], values: A
     clear, dimensions = readable(chain, values, corank)
     tolerance, result = np.where(clear, HOLDS, AT_CROSSINGS), np.zeros(len(values), dtype=bool)
     for leaf in leaves:
-        fits = leaf.off(values) <= tolerance
+        left = np.flatnonzero(~result)
+        fits = leaf.off(values[left]) <= tolerance[left]
         if leaf.curve and leaf.corank == corank:
-            fits &= ~clear | ((dimensions == leaf.dimension) & (not leaf.folded))
-        result |= fits
+            fits &= ~clear[left] | ((dimensions[left] == leaf.dimension) & (not leaf.folded))
+        result[left] = fits
     largest = max((leaf.dimension for leaf in leaves), default=chain.n)
     return result, clear & (dimensions <= largest)
 

@@ -65,48 +65,53 @@ class SearchEnds:
 
 def project(chain: ScrewChain, corank: int, values: Array, tolerance: float = TOLERANCE) -> SearchEnds:
     """Steps from each of the joint values (N, n) until ‖r‖ ≤ tolerance σ₁ or no step helps."""
-    values = values.copy()
+    values, tries = values.copy(), np.zeros(len(values), dtype=int)
     state = Residual.at(chain, values, corank)
-    norm = state.norm
-    relative = state.of_scale(norm)
-    damping = np.full(len(values), FIRST_DAMPING)
-    idle, tries = np.zeros((2, len(values)), dtype=int)
+    # Only searches that go on are kept at hand; the others lie at their ends.
+    active = np.flatnonzero(state.relative > tolerance)
+    q, here = values[active], state.select(active)
+    norm, damping, idle = here.norm, np.full(len(active), FIRST_DAMPING), np.zeros(len(active), dtype=int)
     for _ in range(STEPS):
-        active = np.flatnonzero((relative > tolerance) & (idle < PATIENCE))
         if active.size == 0:
             break
-        before, here = norm[active], state if active.size == len(values) else state.select(active)
-        trial = values[active] + step(here, damping[active])
+        trial = q + step(here, damping * norm * here.scale)
         there = Residual.at(chain, trial, corank)
         after = there.norm
         tries[active] += 1
-        idle[active] = np.where(after < WORTHWHILE * before, 0, idle[active] + 1)
-        lower = after < before
-        damping[active] *= np.where(lower, LESS, MORE)
-        if not lower.all():
-            active, there, trial, after = active[lower], there.select(np.flatnonzero(lower)), trial[lower], after[lower]
-        values[active], norm[active], relative[active] = trial, after, there.of_scale(after)
-        if active.size == len(values):
-            state = there
+        idle = np.where(after < WORTHWHILE * norm, 0, idle + 1)
+        lower = after < norm
+        damping = damping * np.where(lower, LESS, MORE)
+        if lower.all():
+            q, here, norm = trial, there, after
         else:
-            state.put(active, there)
-    return SearchEnds(values, state, tries, relative <= tolerance)
+            took = np.flatnonzero(lower)
+            q[took], norm[took] = trial[took], after[took]
+            here.put(took, there.select(took))
+        going = (here.of_scale(norm) > tolerance) & (idle < PATIENCE)
+        if not going.all():
+            done, left = np.flatnonzero(~going), np.flatnonzero(going)
+            values[active[done]] = q[done]
+            state.put(active[done], here.select(done))
+            active, q, here = active[left], q[left], here.select(left)
+            norm, damping, idle = norm[left], damping[left], idle[left]
+    values[active] = q
+    state.put(active, here)
+    return SearchEnds(values, state, tries, state.relative <= tolerance)
 
 
-def step(at: Residual, damping: Array) -> Array:
-    """−(AᵀA + μI)⁻¹Aᵀr with μ = damping ‖r‖ σ₁, cut to LONGEST_STEP, (N, n).
+def step(at: Residual, mu: Array) -> Array:
+    """−(AᵀA + μI)⁻¹Aᵀr, cut to LONGEST_STEP, (N, n).
 
     μ falls with ‖r‖, not with its square, because strata are rarely complete intersections: A has a null space there.
 
     Args:
         at: r and A = ∂r/∂q of N configurations.
-        damping: (N,).
+        mu: damping ‖r‖ σ₁, (N,).
     """
     from robust_ik.kernels.matrices import steps
 
     count, p, n = at.derivative.shape
     size, result = min(p, n), np.empty((count, n))
-    mu = damping * at.norm * at.scale
     room = np.empty((size, size)), np.empty((1, size))
     steps(np.ascontiguousarray(at.derivative), np.ascontiguousarray(at.weakest), mu, LONGEST_STEP, *room, result)
     return result

@@ -49,9 +49,9 @@ class Residual:
     @classmethod
     def at(cls, chain: ScrewChain, values: Array, corank: int) -> Residual:
         """The residual at joint values (N, n)."""
-        found = whole_svd(chain.jacobian(values))
-        left = found.U[..., chain.full_rank - corank :]
-        right = np.swapaxes(found.Vt[..., chain.full_rank - corank :, :], -1, -2)
+        found, kept = whole_svd(chain.jacobian(values)), chain.full_rank - corank
+        left = found.U[..., kept:]
+        right = np.swapaxes(found.Vt[..., kept:, :], -1, -2)
         A = chain.contraction(values, left, right)
         if chain.m > chain.n:
             A = np.ascontiguousarray(np.swapaxes(A, 1, 2))

@@ -175,16 +175,16 @@ class ScrewChain:
         )
 
     @cached_property
-    def _rows(self) -> tuple[list[int], Array]:
-        """Indices of the task rows in a whole Jacobian, and their factors, (m,)."""
+    def _rows(self) -> tuple[list[int] | slice, Array]:
+        """Where the task rows are in a whole Jacobian, and their factors, (m,)."""
         chosen = [ROWS.index(row) for row in self.rows]
-        return chosen, np.where(np.array(chosen) < 3, 1 / self.length_scale, 1.0)
+        return slice(None) if self.rows == ROWS else chosen, np.where(np.array(chosen) < 3, 1 / self.length_scale, 1.0)
 
     def jacobian(self, values: ArrayLike) -> Array:
         """The Jacobian in `rows`, linear rows divided by `length_scale`: (..., n) → (..., m, n)."""
         rows, factors = self._rows
-        J = self.joints.jacobians(as_array(values, "values", (self.n,)), REFERENCE)
-        return np.asarray(J[..., rows, :] * factors[:, None])
+        J = self.joints.jacobians(as_array(values, "values", (self.n,)), REFERENCE)[..., rows, :]
+        return np.asarray(J * factors[:, None])
 
     def hessian(self, values: ArrayLike) -> Array:
         """∂J_ij/∂q_k, (..., n) → (..., m, n, n)."""
