@@ -24,7 +24,7 @@ def check_leaf(proof: Proof, node: Node, rng: random.Random) -> None:
     """Checks that the Jacobian has the corank at a random point of the leaf, over a random prime field."""
     assert proof.arm is not None
     _check_relations(node)
-    bound = min(len(proof.arm.rows), len(proof.arm.joints)) - proof.corank
+    bound = proof.arm.rank - proof.corank
     for _ in range(TRIES):
         prime = random_prime(rng)
         try:

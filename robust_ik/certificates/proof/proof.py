@@ -30,9 +30,9 @@ from robust_ik.certificates.proof.untrusted_json import (
 )
 from robust_ik.kinematics.twist_rows import ROWS
 
-FORMAT, VERSION = "robust_ik certificate", 2
-TURNING_ONLY = 1
-"""The version before sliding joints, in which all joints turn."""
+FORMAT, VERSION = "robust_ik certificate", 3
+TURNING_ONLY, FULL_RANK = 1, 2
+"""The versions before sliding joints, in which all joints turn, and before arms that never have full rank."""
 MAX_LENGTH = 20_000_000
 """Most characters of a proof. Chosen: thirty times the Panda's for corank 2 (0.6 MB), which is read in seconds."""
 MAX_NODES = 20_000
@@ -54,6 +54,7 @@ class Arm:
         links: The n + 1 constant transforms: three rows of the rotation, then the translation, fractions as text.
         changes: How it differs from the robot it was made from, one sentence each.
         sliding: Indices of the prismatic joints, ascending; the others turn about their z.
+        rank: g, the rank of its Jacobian nearly everywhere; by default the number of rows or joints, the smaller one.
     """
 
     name: str
@@ -62,6 +63,11 @@ class Arm:
     links: tuple[tuple[tuple[str, ...], ...], ...]
     changes: tuple[str, ...] = ()
     sliding: tuple[int, ...] = ()
+    rank: int = 0
+
+    def __post_init__(self) -> None:
+        if self.rank == 0:
+            object.__setattr__(self, "rank", min(len(self.rows), len(self.joints)))
 
 
 @dataclass(frozen=True)
@@ -70,7 +76,7 @@ class Proof:
 
     Attributes:
         arm: The arm in rational numbers, or None if it is not supported.
-        corank: The rank deficiency: rank ≤ min(rows, joints) − corank.
+        corank: The rank deficiency: rank ≤ g − corank, g being the arm's `rank`.
         link: The link in whose frame the minors are written; 0 for the base.
         nodes: The cases; the first is the root.
         reason: Why the status is "unsupported", or empty.
@@ -132,10 +138,15 @@ def to_json(proof: Proof) -> str:
     """A proof as JSON text."""
     data: dict[str, Any] = {"format": FORMAT, "version": VERSION, "status": proof.status}
     data |= {"corank": proof.corank, "link": proof.link, "reason": proof.reason}
-    data["arm"] = None if proof.arm is None else _plain(proof.arm, {}) | {"sliding": list(proof.arm.sliding)}
+    data["arm"] = None if proof.arm is None else _plain(proof.arm, {}) | _always(proof.arm)
     known: dict[int, Any] = {}
     data["nodes"] = [_plain(node, known) for node in proof.nodes]
     return json.dumps(data, separators=(",", ":"), ensure_ascii=True)
+
+
+def _always(arm: Arm) -> dict[str, Any]:
+    """What is said of every arm, also where it is what is usual."""
+    return {"sliding": list(arm.sliding), "rank": arm.rank}
 
 
 def _plain(value: Any, known: dict[int, Any]) -> Any:
@@ -176,8 +187,8 @@ def from_json(text: str) -> Proof:
     data = an_object(
         data, "the certificate", {"format", "version", "status", "corank", "link", "reason", "arm", "nodes"}
     )
-    if data.get("format") != FORMAT or data.get("version") not in (TURNING_ONLY, VERSION):
-        raise CertificateError(f"not a {FORMAT!r} of version {TURNING_ONLY} or {VERSION}")
+    if data.get("format") != FORMAT or data.get("version") not in (TURNING_ONLY, FULL_RANK, VERSION):
+        raise CertificateError(f"not a {FORMAT!r} of version {TURNING_ONLY} to {VERSION}")
     arm = None if data.get("arm") is None else _arm(data["arm"], data["version"])
     nodes = a_list(data.get("nodes"), "nodes", MAX_NODES)
     corank, link = an_integer(data.get("corank"), "corank", 1, 6), an_integer(data.get("link"), "link", 0, MAX_JOINTS)
@@ -188,9 +199,11 @@ def from_json(text: str) -> Proof:
 
 # ---------------------------------------------------------------------------------------------------- the parts
 def _arm(data: Any, version: int) -> Arm:
-    data = an_object(data, "arm", {"name", "joints", "rows", "links", "changes", "sliding"})
-    if ("sliding" in data) != (version == VERSION):
-        raise CertificateError(f"an arm says which joints slide from version {VERSION} on, and not before")
+    data = an_object(data, "arm", {"name", "joints", "rows", "links", "changes", "sliding", "rank"})
+    if ("sliding" in data) != (version > TURNING_ONLY):
+        raise CertificateError(f"an arm says which joints slide from version {FULL_RANK} on, and not before")
+    if ("rank" in data) != (version > FULL_RANK):
+        raise CertificateError(f"an arm says what its rank is from version {VERSION} on, and not before")
     joints = tuple(a_text(name, "a joint name") for name in a_list(data.get("joints"), "joints", MAX_JOINTS))
     rows = tuple(a_text(name, "a row") for name in a_list(data.get("rows"), "rows", 6))
     if not joints or not rows or len(set(rows)) < len(rows) or any(row not in ROWS for row in rows):
@@ -203,7 +216,9 @@ def _arm(data: Any, version: int) -> Arm:
     sliding = tuple(an_integer(joint, "sliding joint", 0, len(joints) - 1) for joint in given)
     if list(sliding) != sorted(set(sliding)):
         raise CertificateError("the sliding joints are named once each, rising")
-    return Arm(a_text(data.get("name"), "name"), joints, rows, links, changes, sliding)
+    most = min(len(rows), len(joints))
+    rank = an_integer(data.get("rank", most), "rank", 1, most)
+    return Arm(a_text(data.get("name"), "name"), joints, rows, links, changes, sliding, rank)
 
 
 def _link(data: Any) -> tuple[tuple[str, ...], ...]:

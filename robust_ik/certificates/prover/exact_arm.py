@@ -11,10 +11,12 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from lxml import etree
 
+from robust_ik.certificates.prover.generic_rank import generic_rank
 from robust_ik.certificates.prover.rational_matrices import (
     IDENTITY,
     ORIGIN,
@@ -96,6 +98,11 @@ class ExactArm:
     def n(self) -> int:
         """Number of joints."""
         return len(self.joints)
+
+    @cached_property
+    def rank(self) -> int:
+        """g, the rank of its Jacobian nearly everywhere."""
+        return generic_rank(self.placements, self.sliding, self.rows)
 
     def shifted(self, tangents: tuple[Fraction, ...]) -> ExactArm:
         """The same arm with joint zeros moved: by 2 atan(tangents[i]) rad, or tangents[i] m for a sliding joint."""

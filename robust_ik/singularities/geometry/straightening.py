@@ -15,7 +15,7 @@ from robust_ik.checks import Array
 from robust_ik.kinematics.chain import axis_frames
 from robust_ik.singularities.geometry.coincidence_tolerance import ANGLE, Tolerance
 from robust_ik.singularities.geometry.line_arm import STEP, LineArm, made_parallel
-from robust_ik.singularities.geometry.screw_chain import ScrewChain, axes_at_zero, reachable_rows
+from robust_ik.singularities.geometry.screw_chain import ScrewChain, axes_at_zero, largest_rank
 
 if TYPE_CHECKING:
     from robust_ik.robot.robot import Robot
@@ -43,10 +43,10 @@ def nearby(robot: Robot, given: ScrewChain, chain: ScrewChain) -> tuple[ScrewCha
         chain: The same, straightened: what rounding explains is done.
 
     Returns:
-        None if there are none, or the chain could no longer move in all rows.
+        None if there are none, or the chain would no longer have its rank anywhere.
     """
     meant, changes, _ = straightened(robot, given, Tolerance.of(robot).widened(robot.length_scale))
-    if _apart(meant, chain) <= APART or reachable_rows(meant).rows != chain.rows:
+    if _apart(meant, chain) <= APART or largest_rank(meant) != chain.full_rank:
         return None, ()
     return meant, changes
 
