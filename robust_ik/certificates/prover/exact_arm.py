@@ -216,39 +216,36 @@ class _Reading:
         return half_angle(tangent)
 
 
-def arm_of_lines(
+def arm_of_moves(
     name: str,
     joints: tuple[str, ...],
     rows: tuple[str, ...],
-    first: tuple[float, float, Sequence[float]],
-    links: Sequence[tuple[float, float, float, float]],
-    tip: Sequence[float],
+    moves: Sequence[Sequence[tuple[str, int, float]]],
     unit: float,
+    sliding: frozenset[int] = frozenset(),
 ) -> ExactArm:
-    """The exact arm of turning joints from the common normals of their axes.
+    """The exact arm from turns and shifts between its joints.
 
     Args:
         name: The robot's name.
         joints: Its joints.
         rows: Task rows.
-        first: Heading and tilt of the first axis, rad, and a point on it, m.
-        links: Angle, offset along the axis, length and twist of each common normal, rad and m.
-        tip: The tip's point in the last axis' frame, m.
+        moves: Those from the base to the first joint's frame, from each joint's to the next one's, and to the tip: a
+            "turn" about x, y or z (0, 1 or 2), or a "shift" along it, rad or m.
         unit: The arm's unit of length, m.
+        sliding: Indices of the prismatic joints.
     """
-    digits = _digits(unit)
-
-    def length(value: float) -> Fraction:
-        return round(Fraction(value), digits)
-
-    heading, tilt, origin = first
-    placements = [(times(turn(2, *rational(heading)), turn(1, *rational(tilt))), tuple(map(length, origin)))]
-    for angle, along, across, twist in links:
-        about = turn(2, *rational(angle))
-        shift = apply(about, (length(across), ZERO, length(along)))
-        placements.append((times(about, turn(0, *rational(twist))), shift))
-    placements.append((IDENTITY, tuple(map(length, tip))))
-    return ExactArm(name, joints, tuple(placements), rows)
+    digits, placements = _digits(unit), []
+    for each in moves:
+        rotation, offset = IDENTITY, ORIGIN
+        for kind, axis, value in each:
+            if kind == "turn":
+                rotation = times(rotation, turn(axis, *rational(value)))
+            else:
+                along = round(Fraction(value), digits)
+                offset = plus(offset, tuple(row[axis] * along for row in rotation))
+        placements.append((rotation, offset))
+    return ExactArm(name, joints, tuple(placements), rows, sliding=sliding)
 
 
 def rational(angle: float, snap: float = NOISE) -> tuple[Fraction, Fraction]:

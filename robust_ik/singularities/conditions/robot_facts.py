@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from robust_ik.certificates.certify import plain_arm
 from robust_ik.certificates.proof import Arm, float_jacobian
-from robust_ik.certificates.prover import UnsupportedError, arm_of_lines, exact_arm
+from robust_ik.certificates.prover import UnsupportedError, arm_of_moves, exact_arm
 from robust_ik.checks import Array, as_array, checked_parameter, readonly
 from robust_ik.description.catalog import catalog
 from robust_ik.description.dh import DHTable, read_dh
@@ -24,6 +24,7 @@ from robust_ik.singularities.conditions.built_in_losses import built_in
 from robust_ik.singularities.conditions.condition_words import symbols
 from robust_ik.singularities.geometry.line_arm import LineArm
 from robust_ik.singularities.geometry.screw_chain import ScrewChain, largest_rank
+from robust_ik.singularities.geometry.sliding_arm import SlidingArm
 from robust_ik.singularities.geometry.straightening import nearby, straightened
 
 if TYPE_CHECKING:
@@ -188,16 +189,14 @@ class RobotFacts:
         )
 
 
-def _exact(robot: Robot, chain: ScrewChain, lines: LineArm | None) -> tuple[Arm | None, str]:
+def _exact(robot: Robot, chain: ScrewChain, lines: LineArm | SlidingArm | None) -> tuple[Arm | None, str]:
     """The chain in rational numbers, or the reason why that is not possible."""
     try:
         if lines is None:
             arm = plain_arm(exact_arm(robot.with_rows(chain.rows)))
         else:
-            links = [(each.theta, each.d, each.a, each.alpha) for each in lines.links]
-            first = (lines.heading, lines.tilt, tuple(lines.origin.tolist()))
-            told = (robot.name, chain.joint_names, chain.rows)
-            arm = plain_arm(arm_of_lines(*told, first, links, lines.tip.tolist(), robot.length_scale))
+            told, slides = (robot.name, chain.joint_names, chain.rows), np.flatnonzero(chain.sliding).tolist()
+            arm = plain_arm(arm_of_moves(*told, lines.moves, robot.length_scale, frozenset(slides)))
     except UnsupportedError as error:
         return None, str(error)
     away = jacobians_apart(chain, arm)
