@@ -14,7 +14,8 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from robust_ik.certificates.effort import Effort
-from robust_ik.certificates.proof.proof import Arm, Proof
+from robust_ik.certificates.proof.proof import Proof
+from robust_ik.certificates.proof.proof_arm import Arm
 from robust_ik.certificates.prover.exact_arm import ExactArm, UnsupportedError, exact_arm
 from robust_ik.checks import checked_parameter
 from robust_ik.checks.public_arguments import checked
@@ -40,7 +41,8 @@ def certify(robot: Robot, corank: int, *, snap: float = 1e-4, time_limit: float 
     the letter. Longer work is done by a separate process, which is ended when the time is up.
 
     Args:
-        robot: A chain of revolute, continuous and prismatic joints; its `rows` are the task.
+        robot: A chain of revolute, continuous and prismatic joints; its `rows` are the task. Joints may follow others
+            of their kind: turns as fast or twice as fast, to or fro, slides at any rate.
         corank: The corank, 1 or more: rank ≤ g − corank, g being the rank of the arm in its rows nearly everywhere.
         snap: Angles this close to a multiple of a quarter turn are replaced by it, rad.
         time_limit: Seconds after which undecided cases stay open, up to a million.
@@ -108,7 +110,8 @@ def plain_arm(arm: ExactArm) -> Arm:
         tuple(tuple(str(a) for a in row) for row in (*rotation, offset)) for rotation, offset in arm.placements
     )
     changes = tuple(str(change) for change in arm.changes)
-    return Arm(arm.name, arm.joints, arm.rows, links, changes, tuple(sorted(arm.sliding)), arm.rank)
+    motions = tuple((joint, str(factor)) for joint, factor in arm.motions)
+    return Arm(arm.name, arm.joints, arm.rows, links, changes, tuple(sorted(arm.sliding)), arm.rank, motions)
 
 
 def exact_from_plain(arm: Arm) -> ExactArm:
@@ -117,7 +120,8 @@ def exact_from_plain(arm: Arm) -> ExactArm:
         (tuple(tuple(Fraction(a) for a in row) for row in link[:3]), tuple(Fraction(a) for a in link[3]))
         for link in arm.links
     )
-    return ExactArm(arm.name, arm.joints, placements, arm.rows, sliding=frozenset(arm.sliding))
+    motions = tuple((joint, Fraction(factor)) for joint, factor in arm.motions)
+    return ExactArm(arm.name, arm.joints, placements, arm.rows, sliding=frozenset(arm.sliding), motions=motions)
 
 
 def _rank(proof: Proof) -> int:

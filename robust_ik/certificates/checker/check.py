@@ -30,7 +30,8 @@ from robust_ik.certificates.checker.random_points import RandomPoint, source_val
 from robust_ik.certificates.checker.root_counting import count_real_roots
 from robust_ik.certificates.proof.case_tree import RATIONAL, FormFactor, Node, State
 from robust_ik.certificates.proof.counted_steps import MOST, TooManyStepsError, at_most
-from robust_ik.certificates.proof.proof import Arm, Proof, from_json
+from robust_ik.certificates.proof.proof import Proof, from_json
+from robust_ik.certificates.proof.proof_arm import Arm
 from robust_ik.certificates.proof.untrusted_json import CertificateError
 from robust_ik.checks.public_arguments import checked
 
@@ -120,9 +121,10 @@ def _check_frame(proof: Proof, arm: Arm | None) -> None:
     most = min(len(proof.arm.rows), len(proof.arm.joints))
     require(1 <= proof.arm.rank <= most, "the rank is larger than it can be")
     require(proof.corank <= proof.arm.rank, "the corank is larger than the rank can be")
-    rows, n = set(proof.arm.rows), len(proof.arm.joints)
+    rows = set(proof.arm.rows)
     free = rows in (set(ROW_NAMES), set(ROW_NAMES[:3]), set(ROW_NAMES[3:]))
-    require(proof.link <= n and (free or proof.link == 0), "the rank in that link's frame is not the rank in the base")
+    link = proof.link <= len(proof.arm.motions) and (free or proof.link == 0)
+    require(link, "the rank in that link's frame is not the rank in the base")
     require(proof.nodes[0].state == State(), "the first case has conditions")
     for index, node in enumerate(proof.nodes):
         require(node.kind != "open", f"case {index} is open ({node.reason or 'no reason given'})")
@@ -130,7 +132,7 @@ def _check_frame(proof: Proof, arm: Arm | None) -> None:
 
 
 def _geometry(arm: Arm) -> tuple[object, ...]:
-    return arm.rows, arm.links, arm.sliding, arm.rank
+    return arm.rows, arm.links, arm.sliding, arm.rank, arm.motions
 
 
 def _check_state(state: State, arm: Arm, where: str) -> None:

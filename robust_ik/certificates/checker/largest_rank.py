@@ -14,7 +14,7 @@ from robust_ik.certificates.checker.modular_arithmetic import UnluckyError, rand
 from robust_ik.certificates.checker.modular_kinematics import ModularReplay, random_point
 from robust_ik.certificates.checker.modular_rings import Ring
 from robust_ik.certificates.proof.case_tree import RATIONAL
-from robust_ik.certificates.proof.proof import Arm
+from robust_ik.certificates.proof.proof_arm import Arm
 
 TRIES = 5
 """Most points: by chance the rank at one of them is too small, or cannot be worked out, once in about 2⁵⁰."""

@@ -8,12 +8,13 @@ orthogonal. Nothing is changed silently: `ExactArm.changes` lists it.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from lxml import etree
 
 from robust_ik.certificates.prover.generic_rank import generic_rank
@@ -33,6 +34,8 @@ from robust_ik.description.joint_tree import MOVING_TYPES
 from robust_ik.kinematics.twist_rows import ROWS
 
 if TYPE_CHECKING:
+    from robust_ik.description.joint_tree import Joint
+    from robust_ik.kinematics.chain import Chain
     from robust_ik.robot.robot import Robot
 
 LENGTH_DIGITS = 12
@@ -41,6 +44,12 @@ DENOMINATOR = 10**9
 """Largest denominator of tan(α/2) for other angles than multiples of a quarter turn. Chosen: errors are about 1e-18."""
 NOISE = 1e-14
 """Smaller changes are rounding of the floats that were read, and are not reported."""
+MULTIPLES = (1, 2)
+"""How many times faster a joint may turn than the one that it follows, to and fro: cos 2q and sin 2q are polynomials in
+cos q and sin q.
+"""
+Motions = tuple[tuple[int, Fraction], ...]
+"""For each motion from the base to the tip, the index of its joint and the factor."""
 QUARTERS = ((1, 0), (0, 1), (-1, 0), (0, -1))
 """Cosine and sine of zero, one, two and three quarter turns."""
 
@@ -76,15 +85,19 @@ class Change:
 
 @dataclass(frozen=True)
 class ExactArm:
-    """A serial arm in rational numbers, its tip at P₁ Z(q₁) P₂ Z(q₂) ⋯ Z(qₙ) Pₙ₊₁; Z is a turn about z or a slide.
+    """A serial arm in rational numbers, its tip at P₁ Z(p₁) P₂ Z(p₂) ⋯ Z(p_c) P_c₊₁; Z is a turn about z or a slide.
+
+    Each p is the value of one of n joints, or follows one: p = factor · q.
 
     Attributes:
         name: The robot's name.
-        joints: Joint names from the base to the tip.
-        placements: The n + 1 constant transforms (rotation, translation), fractions.
+        joints: Names of the n joints.
+        placements: The c + 1 constant transforms (rotation, translation), fractions.
         rows: Task rows, of x y z wx wy wz.
         changes: Differences from the description.
         sliding: Indices of the prismatic joints.
+        motions: For each of the c motions from the base to the tip, the index of its joint and the factor; by default
+            each joint moves once, by its value.
     """
 
     name: str
@@ -93,6 +106,11 @@ class ExactArm:
     rows: tuple[str, ...]
     changes: tuple[Change, ...] = ()
     sliding: frozenset[int] = frozenset()
+    motions: Motions = ()
+
+    def __post_init__(self) -> None:
+        if not self.motions:
+            object.__setattr__(self, "motions", tuple((joint, Fraction(1)) for joint in range(len(self.joints))))
 
     @property
     def n(self) -> int:
@@ -102,14 +120,14 @@ class ExactArm:
     @cached_property
     def rank(self) -> int:
         """g, the rank of its Jacobian nearly everywhere."""
-        return generic_rank(self.placements, self.sliding, self.rows)
+        return generic_rank(self.placements, self.motions, self.sliding, self.rows)
 
     def shifted(self, tangents: tuple[Fraction, ...]) -> ExactArm:
         """The same arm with joint zeros moved: by 2 atan(tangents[i]) rad, or tangents[i] m for a sliding joint."""
         placements = list(self.placements)
-        for i, u in enumerate(tangents):
+        for (i, (joint, _)), u in zip(enumerate(self.motions), tangents):
             rotation, offset = placements[i]
-            if i in self.sliding:
+            if joint in self.sliding:
                 placements[i] = (rotation, plus(offset, apply(rotation, (ZERO, ZERO, u))))
             else:
                 placements[i] = (times(rotation, turn(2, *half_angle(u))), offset)
@@ -129,36 +147,55 @@ def exact_arm(robot: Robot, snap: float = 1e-4) -> ExactArm:
     if robot.tip is None:
         raise UnsupportedError("the robot was loaded whole, without a tip")
     chain = robot.description.chain(robot.tip)
-    moving = [joint for joint in chain if joint.name in robot.joint_names]
     for joint in chain:
         if joint.kind not in (*MOVING_TYPES, "fixed"):
             raise UnsupportedError(f"joint {joint.name!r} is {joint.kind}: not supported")
-        if joint.mimic is not None:
-            raise UnsupportedError(f"joint {joint.name!r} follows {joint.mimic.source!r}: not supported")
-    if [joint.name for joint in moving] != list(robot.joint_names):
+    moving, moves = [joint for joint in chain if joint.kind != "fixed"], robot.chain()
+    if len(moving) != len(moves) or set(moves.column.tolist()) != set(range(robot.n)):
         raise UnsupportedError("joints that do not move the tip are not supported: load the chain to the tip")
+    sliding = frozenset(np.flatnonzero(robot.sliding).tolist())
+    motions = tuple(_motions(moving, moves, sliding))
     changes: list[Change] = []
     elements = {
         element.get("name"): element for element in etree.fromstring(robot.description.xml.encode()).findall("joint")
     }
-    names = [joint.name for joint in moving]
     digits = _digits(robot.length_scale)
     steps = [(joint.name, _Reading(elements[joint.name], snap, digits, changes)) for joint in chain]
-    placements = tuple(_placements(steps, set(names)))
-    sliding = frozenset(i for i, joint in enumerate(moving) if joint.kind == "prismatic")
-    return ExactArm(robot.name, tuple(names), placements, robot.rows, tuple(changes), sliding)
+    zeros = {joint.name: float(shift) for joint, shift in zip(moving, moves.shift)}
+    placements = tuple(_placements(steps, zeros))
+    return ExactArm(robot.name, robot.joint_names, placements, robot.rows, tuple(changes), sliding, motions)
 
 
-def _placements(steps: list[tuple[str, _Reading]], moving: set[str]) -> Iterator[tuple[Matrix, Vector]]:
-    """The constant transforms between the motions, with z along every joint's axis."""
+def _motions(moving: Sequence[Joint], moves: Chain, sliding: frozenset[int]) -> Iterator[tuple[int, Fraction]]:
+    """For each joint that moves the tip, the joint that it follows, and how fast.
+
+    Raises:
+        UnsupportedError: No polynomial in the cosine and sine of that joint, or in its length, says so.
+    """
+    for joint, source, slides, factor in zip(moving, moves.column.tolist(), moves.sliding, moves.factor.tolist()):
+        alike = bool(slides) == (source in sliding)
+        if not alike or not (factor != 0 if slides else abs(factor) in MULTIPLES):
+            leader = "another" if joint.mimic is None else repr(joint.mimic.source)
+            raise UnsupportedError(f"joint {joint.name!r} follows {leader} {factor:g}-fold: not supported")
+        yield source, Fraction(repr(factor))
+
+
+def _placements(steps: list[tuple[str, _Reading]], zeros: Mapping[str, float]) -> Iterator[tuple[Matrix, Vector]]:
+    """The constant transforms between the motions, with z along every joint's axis.
+
+    Args:
+        steps: All joints of the chain.
+        zeros: For each joint that moves the tip, its motion with what it follows at zero, rad or m.
+    """
     rotation, offset = IDENTITY, ORIGIN
     for name, reading in steps:
         offset = plus(offset, apply(rotation, reading.offset()))
         rotation = times(rotation, reading.rotation())
-        if name in moving:
+        if name in zeros:
             aligned = reading.alignment()
             yield times(rotation, aligned), offset
-            rotation, offset = transpose(aligned), ORIGIN
+            turned, offset = reading.zero(zeros[name])
+            rotation = times(turned, transpose(aligned))
     yield rotation, offset
 
 
@@ -189,6 +226,14 @@ class _Reading:
         if not min(tilt, math.pi - tilt) > self.snap:
             heading = 0.0
         return times(turn(2, *self._angle("axis", heading)), turn(1, *self._angle("axis", tilt)))
+
+    def zero(self, shift: float) -> tuple[Matrix, Vector]:
+        """The turn about z, or the shift along it, of a joint with what it follows at zero, rad or m."""
+        if shift == 0:
+            return IDENTITY, ORIGIN
+        if self.element.get("type") == "prismatic":
+            return IDENTITY, (ZERO, ZERO, self._length("offset", shift))
+        return turn(2, *self._angle("offset", shift)), ORIGIN
 
     def _numbers(self, tag: str, attribute: str, default: float) -> tuple[float, ...]:
         child = self.element.find(tag)

@@ -26,17 +26,24 @@ POINTS = 2
 """Random points, of which the largest rank is taken. Chosen: one more than is needed."""
 
 
-def generic_rank(placements: Sequence[tuple[Matrix, Vector]], sliding: frozenset[int], rows: Sequence[str]) -> int:
+Motions = Sequence[tuple[int, Fraction]]
+"""For each motion from the base to the tip, the index of its joint and the factor."""
+
+
+def generic_rank(
+    placements: Sequence[tuple[Matrix, Vector]], motions: Motions, sliding: frozenset[int], rows: Sequence[str]
+) -> int:
     """The rank at nearly all configurations.
 
     Args:
-        placements: The n + 1 constant transforms of an arm (rotation, translation), fractions.
+        placements: The c + 1 constant transforms of an arm (rotation, translation), fractions.
+        motions: Its c motions.
         sliding: Indices of the prismatic joints.
         rows: Task rows, of x y z wx wy wz.
     """
     links = [(tuple(tuple(map(_residue, row)) for row in R), tuple(map(_residue, p))) for R, p in placements]
     rng = random.Random(0)
-    return max(_rank(_jacobian(links, sliding, rows, rng)) for _ in range(POINTS))
+    return max(_rank(_jacobian(links, motions, sliding, rows, rng)) for _ in range(POINTS))
 
 
 def _residue(value: Fraction) -> int:
@@ -45,27 +52,34 @@ def _residue(value: Fraction) -> int:
 
 
 def _jacobian(
-    links: Sequence[tuple[Matrix, Vector]], sliding: frozenset[int], rows: Sequence[str], rng: random.Random
+    links: Sequence[tuple[Matrix, Vector]],
+    motions: Motions,
+    sliding: frozenset[int],
+    rows: Sequence[str],
+    rng: random.Random,
 ) -> list[list[int]]:
     """The columns of the Jacobian at a random point, each in the task rows."""
-    (axes, place), joints = START, []
-    for joint, (rotation, offset) in enumerate(links):
+    (axes, place), screws = START, []
+    numbers = [rng.randrange(PRIME) for _ in range(1 + max(joint for joint, _ in motions))]
+    for (rotation, offset), (joint, factor) in zip(links, motions):
         place, axes = plus(place, apply(axes, offset)), times(axes, rotation)
-        if joint == len(links) - 1:
-            break
-        axis = tuple(row[2] for row in axes)
-        joints.append((axis, place))
-        number = rng.randrange(PRIME)
+        axis, number = tuple(row[2] for row in axes), numbers[joint]
+        screws.append((axis, place))
         if joint in sliding:
-            place = plus(place, tuple(number * a for a in axis))
+            place = plus(place, tuple(_residue(factor) * number * a for a in axis))
         else:
             scale = pow(1 + number * number, -1, PRIME)
-            axes = times(axes, turn(2, (1 - number * number) * scale % PRIME, 2 * number * scale % PRIME))
+            c, s = (1 - number * number) * scale % PRIME, 2 * number * scale % PRIME
+            for _ in range(1, abs(int(factor))):
+                c, s = (c * c - s * s) % PRIME, 2 * c * s % PRIME
+            axes = times(axes, turn(2, c, s if factor > 0 else -s))
         place, axes = tuple(a % PRIME for a in place), tuple(tuple(a % PRIME for a in row) for row in axes)
-    columns = []
-    for joint, (axis, point) in enumerate(joints):
+    place = plus(place, apply(axes, links[-1][1]))
+    columns = [[0] * len(rows) for _ in numbers]
+    for (joint, factor), (axis, point) in zip(motions, screws):
         twist = (*axis, 0, 0, 0) if joint in sliding else (*cross(axis, minus(place, point)), *axis)
-        columns.append([int(twist[ROWS.index(row)]) % PRIME for row in rows])
+        moved = (_residue(factor) * twist[ROWS.index(row)] for row in rows)
+        columns[joint] = [int(a + b) % PRIME for a, b in zip(columns[joint], moved)]
     return columns
 
 
