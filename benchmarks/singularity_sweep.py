@@ -118,10 +118,10 @@ def _coupled(row: Stratum) -> tuple[int, ...]:
 
 
 def _last(robot: rik.Robot, atlas: SingularityAtlas, values: NDArray[np.float64], corank: int) -> NDArray[np.float64]:
-    """σ_{m−k+1}/σ₁ by Pinocchio, not by the chain that the atlas was made with, (N,)."""
-    rows = atlas.robot.chain.rows
-    s = svd(robot.jacobian(robot.configuration(values), rows=rows)).s
-    return np.asarray(s[:, len(rows) - corank] / s[:, 0])
+    """σ_{g−k+1}/σ₁ by Pinocchio, not by the chain that the atlas was made with, (N,)."""
+    chain = atlas.robot.chain
+    s = svd(robot.jacobian(robot.configuration(values), rows=chain.rows)).s
+    return np.asarray(s[:, chain.full_rank - corank] / s[:, 0])
 
 
 def measure(case: Case) -> tuple[str, ...]:

@@ -1,8 +1,9 @@
 """Arms as vendors make them, with rounded numbers: `python -m tests.rounded_arms` compares their atlases.
 
 Their structures are drawn at random from what is met: axes that meet or are parallel, spherical wrists, offsets,
-lengths that occur twice. Each is written as a URDF with few decimals, in metres and rad, its frames turned about their
-axes by quarter turns, or by any angle, as programs for design write them.
+lengths that occur twice; with `--slides` there are rails, gantries, lifts and telescopes among them. Each is written as
+a URDF with few decimals, in metres and rad, its frames turned about their axes by quarter turns, or by any angle, as
+programs for design write them.
 """
 
 import argparse
@@ -19,17 +20,31 @@ from robust_ik.description.dh import screw
 RIGHT = float(np.pi / 2)
 ARMS, DIGITS = 60, (3, 4, 5, 6)
 MOVES = '<axis xyz="0 0 1"/><limit lower="-3" upper="3" velocity="2" effort="1"/>'
+SLIDES = '<axis xyz="0 0 1"/><limit lower="-0.5" upper="0.5" velocity="2" effort="1"/>'
 LONGEST, SHORTEST = 0.5, 0.08
 """Lengths of links, m."""
 
 
 @dataclass(frozen=True)
 class VendorArm:
-    """An arm by Denavit and Hartenberg's (θ, d, a, α) of its joints, and its tip beyond the last one."""
+    """An arm by Denavit and Hartenberg's (θ, d, a, α) of its joints, its tip beyond the last one, and what slides."""
 
     links: tuple[tuple[float, float, float, float], ...]
     tip: tuple[float, float, float]
     seed: int
+    slides: tuple[int, ...] = ()
+
+    @classmethod
+    def sliding(cls, seed):
+        """An arm of four to seven joints, of which one to three slide."""
+        rng = np.random.default_rng([seed, 1])
+        lengths = rng.uniform(SHORTEST, LONGEST, 5)
+
+        def some(share=1.0):
+            return float(rng.choice(lengths)) if rng.random() < share else 0.0
+
+        links, slides = SLIDING[seed % len(SLIDING)](rng, some)
+        return cls(tuple(links), (some(0.3), 0.0, some(0.5)), seed, slides)
 
     @classmethod
     def drawn(cls, seed):
@@ -52,7 +67,7 @@ class VendorArm:
         steps[-1] = steps[-1] @ _shift(self.tip)
         before = [np.eye(4), *(np.linalg.inv(each) for each in around)]
         placed = [one @ step @ other for one, step, other in zip(before, steps, [*around, np.eye(4)])]
-        return _loaded(placed, digits)
+        return _loaded(placed, digits, self.slides)
 
 
 def _six(rng, some):
@@ -87,14 +102,55 @@ def _wrist(rng, some):
 LAST = (0.0, 0.0, 0.0, 0.0)
 
 
+def _scara(rng, some):
+    """Parallel axes, a slide along them, in one of two the last axis off it."""
+    off = some(0.5)
+    return ((0.0, some(0.7), some(), 0.0), (0.0, some(0.3), some(), 2 * RIGHT * rng.integers(2)),
+            (0.0, some(0.5), off, 0.0), LAST), (2,)  # fmt: skip
+
+
+def _stanford(rng, some):
+    """A shoulder, in one of two with an offset, a telescope, a wrist."""
+    shoulder = (0.0, some(0.8), 0.0, -RIGHT), (0.0, some(0.5), 0.0, RIGHT)
+    return (*shoulder, (0.0, some(0.5), some(0.3), 0.0), (0.0, some(0.3), 0.0, -RIGHT), *_wrist(rng, some)), (2,)
+
+
+def _gantry(rng, some):
+    """Three slides across each other, and a wrist."""
+    slides = (0.0, some(0.5), some(0.3), -RIGHT), (-RIGHT, some(0.5), some(0.3), -RIGHT), (0.0, some(0.5), 0.0, 0.0)
+    return (*slides, (0.0, some(0.3), 0.0, -RIGHT), *_wrist(rng, some)), (0, 1, 2)
+
+
+def _rail(rng, some):
+    """A rail along or across the first axis of an arm of five joints."""
+    rail = (RIGHT * rng.integers(2), some(0.5), some(0.3), RIGHT * rng.choice([-1, 0, 1]))
+    return (rail, *_six(rng, some)[:4], LAST), (0,)
+
+
+def _lift(rng, some):
+    """A turn, a slide along it or across, and a shoulder, an elbow and a wrist of two."""
+    turn, slide = (0.0, some(0.5), some(0.3), RIGHT * rng.integers(2)), (0.0, some(0.5), some(0.3), RIGHT)
+    return (turn, slide, (0.0, some(0.3), some(), 0.0), (0.0, 0.0, some(0.3), RIGHT), (0.0, some(), 0.0, -RIGHT),
+            LAST), (1,)  # fmt: skip
+
+
+def _cylindrical(rng, some):
+    """A turn, a slide along it, a slide across, and a wrist."""
+    return ((0.0, some(0.5), some(0.3), 0.0), (0.0, some(0.5), 0.0, -RIGHT), (0.0, some(0.5), some(0.3), 0.0),
+            (0.0, some(0.3), 0.0, -RIGHT), *_wrist(rng, some)), (1, 2)  # fmt: skip
+
+
+SLIDING = (_scara, _stanford, _gantry, _rail, _lift, _cylindrical)
+
+
 def _shift(tip):
     moved = np.eye(4)
     moved[:3, 3] = tip
     return moved
 
 
-def _loaded(placed, digits):
-    """The robot whose joints' origins are these, the last one fixed, written with so many decimals."""
+def _loaded(placed, digits, slides):
+    """The robot whose joints' origins are these, the last one fixed, written with so many decimals; some slide."""
 
     def words(numbers):
         return " ".join(repr(float(each) if digits is None else round(float(each), digits)) for each in numbers)
@@ -103,12 +159,10 @@ def _loaded(placed, digits):
     for i, pose in enumerate(placed):
         roll, pitch, yaw = _angles(pose[:3, :3])
         origin = f'<origin xyz="{words(pose[:3, 3])}" rpy="{words((roll, pitch, yaw))}"/>'
-        moves = (
-            '<axis xyz="0 0 1"/><limit lower="-3" upper="3" velocity="2" effort="1"/>' if i < len(placed) - 1 else ""
-        )
+        moves = (SLIDES if i in slides else MOVES) if i < len(placed) - 1 else ""
+        kind = ("prismatic" if i in slides else "revolute") if moves else "fixed"
         parts.append(
-            f'<joint name="q{i + 1}" type="{"revolute" if moves else "fixed"}"><parent link="l{i}"/>'
-            f'<child link="l{i + 1}"/>{origin}{moves}</joint>'
+            f'<joint name="q{i + 1}" type="{kind}"><parent link="l{i}"/><child link="l{i + 1}"/>{origin}{moves}</joint>'
         )
     links = "".join(f'<link name="l{i}"/>' for i in range(len(placed) + 1))
     with tempfile.TemporaryDirectory() as folder:
@@ -138,10 +192,11 @@ def main():
     parser.add_argument("--arms", type=int, default=ARMS)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--starts", type=int, default=500)
+    parser.add_argument("--slides", action="store_true", help="arms of which some joints slide")
     given = parser.parse_args()
     same = dict.fromkeys(DIGITS, 0)
     for seed in range(given.first, given.first + given.arms):
-        arm, turned = VendorArm.drawn(seed), bool(seed % 2)
+        arm, turned = VendorArm.sliding(seed) if given.slides else VendorArm.drawn(seed), bool(seed % 2)
         wanted = rik.find_singularities(arm.robot(), starts=given.starts, certify=False)
         told = [f"{seed:3d}: {len(wanted):2d} rows"]
         for digits in DIGITS:

@@ -9,7 +9,8 @@ word(proof, verdict)                # "certified" only if the checker accepted
 ```
 
 `certify(robot, 1, thorough=False)` starts no process and counts its work in steps, so that the same arm gives the same
-proof to the letter. Joints turn or slide; a sliding joint is fixed at a length, "joint3 = 0.25 m".
+proof to the letter. Joints turn or slide; a sliding joint is fixed at a length, "joint3 = 0.25 m". Joints may follow
+others of their kind: turns as fast or twice as fast, slides at any rate.
 
 The theorem is about the arm in `proof.arm`, in rational numbers; `proof.arm.changes` says how it differs from the
 robot. Proving needs python-flint, checking does not.

@@ -14,7 +14,8 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from robust_ik.certificates.effort import Effort
-from robust_ik.certificates.proof.proof import Arm, Proof
+from robust_ik.certificates.proof.proof import Proof
+from robust_ik.certificates.proof.proof_arm import Arm
 from robust_ik.certificates.prover.exact_arm import ExactArm, UnsupportedError, exact_arm
 from robust_ik.checks import checked_parameter
 from robust_ik.checks.public_arguments import checked
@@ -40,8 +41,9 @@ def certify(robot: Robot, corank: int, *, snap: float = 1e-4, time_limit: float 
     the letter. Longer work is done by a separate process, which is ended when the time is up.
 
     Args:
-        robot: A chain of revolute, continuous and prismatic joints; its `rows` are the task.
-        corank: The corank, 1 or more: rank ≤ min(rows, joints) − corank.
+        robot: A chain of revolute, continuous and prismatic joints; its `rows` are the task. Joints may follow others
+            of their kind: turns as fast or twice as fast, to or fro, slides at any rate.
+        corank: The corank, 1 or more: rank ≤ g − corank, g being the rank of the arm in its rows nearly everywhere.
         snap: Angles this close to a multiple of a quarter turn are replaced by it, rad.
         time_limit: Seconds after which undecided cases stay open, up to a million.
         thorough: Whether a process may be started. Without it the proof does not depend on the speed of the machine,
@@ -51,16 +53,20 @@ def certify(robot: Robot, corank: int, *, snap: float = 1e-4, time_limit: float 
         InputError: The robot's rank cannot have this corank, or the time limit is not valid.
     """
     time_limit = checked_parameter("time_limit", time_limit, least=0, below=LONGEST)
-    largest = min(len(robot.rows), robot.n)
-    if not isinstance(corank, int) or not 1 <= corank <= largest:
-        raise InputError(f"corank must be from 1 to {largest} for {robot.name}, got {corank!r}")
+    _check_corank(robot, corank, min(len(robot.rows), robot.n))
     if importlib.util.find_spec("flint") is None:
         return Proof(None, corank, reason="python-flint is not installed")
     try:
         arm = exact_arm(robot, snap)
     except UnsupportedError as error:
         return Proof(None, corank, reason=str(error))
+    _check_corank(robot, corank, arm.rank)
     return certify_exact(arm, corank, time_limit=time_limit, thorough=thorough)
+
+
+def _check_corank(robot: Robot, corank: int, largest: int) -> None:
+    if not isinstance(corank, int) or not 1 <= corank <= largest:
+        raise InputError(f"corank must be from 1 to {largest} for {robot.name}, got {corank!r}")
 
 
 def certify_exact(arm: ExactArm, corank: int, *, time_limit: float = 60.0, thorough: bool = True) -> Proof:
@@ -112,7 +118,8 @@ def plain_arm(arm: ExactArm) -> Arm:
         tuple(tuple(str(a) for a in row) for row in (*rotation, offset)) for rotation, offset in arm.placements
     )
     changes = tuple(str(change) for change in arm.changes)
-    return Arm(arm.name, arm.joints, arm.rows, links, changes, tuple(sorted(arm.sliding)))
+    motions = tuple((joint, str(factor)) for joint, factor in arm.motions)
+    return Arm(arm.name, arm.joints, arm.rows, links, changes, tuple(sorted(arm.sliding)), arm.rank, motions)
 
 
 def exact_from_plain(arm: Arm) -> ExactArm:
@@ -121,7 +128,8 @@ def exact_from_plain(arm: Arm) -> ExactArm:
         (tuple(tuple(Fraction(a) for a in row) for row in link[:3]), tuple(Fraction(a) for a in link[3]))
         for link in arm.links
     )
-    return ExactArm(arm.name, arm.joints, placements, arm.rows, sliding=frozenset(arm.sliding))
+    motions = tuple((joint, Fraction(factor)) for joint, factor in arm.motions)
+    return ExactArm(arm.name, arm.joints, placements, arm.rows, sliding=frozenset(arm.sliding), motions=motions)
 
 
 def _rank(proof: Proof) -> int:

@@ -106,6 +106,8 @@ def certify(
     arm = load_robot(robot, tip, package_dir, xacro_arg, base)
     proofs: list[Proof] = []
     for each in range(1, min(len(arm.rows), arm.n) + 1) if corank is None else [corank]:
+        if proofs and proofs[-1].arm is not None and each > proofs[-1].arm.rank:
+            break
         with console.status(f"splitting cases of corank {each} …"):
             proof = certificates.certify(arm, each, time_limit=time_limit)
             verdict = certificates.check(proof) if proof.arm is not None else None

@@ -261,7 +261,7 @@ def test_the_checker_needs_no_computer_algebra_and_none_of_the_provers_modules()
         "null",
         "[" * 100_000,
         "__import__('os').system('true')",
-        '{"format": "robust_ik certificate", "version": 3}',
+        '{"format": "robust_ik certificate", "version": 4}',
         '{"format": "robust_ik certificate", "version": 1, "corank": 1, "link": 0, "arm": 3, "nodes": []}',
         '{"format": "robust_ik certificate", "version": 1, "corank": true, "link": 0, "arm": null, "nodes": []}',
         '{"format": "robust_ik certificate", "version": 1, "corank": 1, "link": 0, "arm": null, "nodes": [], "x": 1}',
@@ -312,6 +312,11 @@ def _spots(data):
 
 def test_proofs_from_before_sliding_joints_are_read_as_of_arms_that_turn():
     data = json.loads(proof("puma560", 1).to_json())
+    del data["arm"]["rank"], data["arm"]["motions"]
+    assert "what its rank is" in check(json.dumps(data)).reason
+    data["version"] = 2
+    assert Proof.from_json(json.dumps(data)) == proof("puma560", 1)
+    assert check(json.dumps(data)).accepted
     del data["arm"]["sliding"]
     verdict = check(json.dumps(data))
     assert not verdict.accepted

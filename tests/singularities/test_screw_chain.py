@@ -161,7 +161,7 @@ def test_steps_are_cut_as_a_whole_and_there_are_none_without_a_slope(rng):
     derivative = np.zeros((3, 2, 4))
     derivative[0, 0, :2], derivative[1, 0] = 1e-3, 1.0
     s = np.column_stack([np.ones(3), np.full(3, 0.1)])
-    moved = step(Residual(1, s, derivative, np.ones(3)), np.full(3, 1e-13))
+    moved = step(Residual(1, s, derivative, np.ones(3), 2), np.full(3, 1e-13))
     assert_allclose(moved[0], [-LONGEST_STEP, -LONGEST_STEP, 0, 0], atol=1e-6)
     assert_allclose(moved[1], np.full(4, -0.025), atol=1e-6)
     assert_array_equal(moved[2], np.zeros(4))
@@ -169,7 +169,7 @@ def test_steps_are_cut_as_a_whole_and_there_are_none_without_a_slope(rng):
 
 def test_a_slope_in_one_direction_alone_moves_in_no_other(rng):
     A = rng.normal(size=(1, 12, 1)) * rng.normal(size=7)
-    at = Residual(3, np.array([[1.0, 1e-6, 1e-9, 1e-9]]), A, np.ones(1))
+    at = Residual(3, np.array([[1.0, 1e-6, 1e-9, 1e-9]]), A, np.ones(1), 4)
     moved = step(at, np.array([1e-12]))
     along = A[0, 0] / np.linalg.norm(A[0, 0])
     assert_allclose(moved[0] - (moved[0] @ along) * along, 0, atol=1e-6)

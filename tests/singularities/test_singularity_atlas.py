@@ -181,8 +181,8 @@ def test_a_stratum_where_two_factors_meet_is_found_by_deed():
 # ------------------------------------------------------------------------------------------------ what is answered
 def test_rows_that_an_arm_cannot_all_move_are_explained_and_it_is_analysed_on_what_it_can_do():
     atlas = find_singularities(rik.load("planar_2r"), rows=("x", "y", "z"), starts=100)
-    assert atlas.robot.chain.rows == ("x", "y")
-    assert "singular everywhere in the rows x y z" in atlas.explanation
+    assert atlas.robot.chain.rows == ("x", "y", "z")
+    assert "has 2 joints for the rows x y z: its corank is 2 − rank" in atlas.explanation
     assert words(atlas, 1) == {"q2 ∈ {0, π}"}
 
 
@@ -249,8 +249,8 @@ def test_an_atlas_comes_back_from_its_file_unchanged(tmp_path, name):
         ("{}", "is no singularity atlas"),
         ("[1]", "is no singularity atlas"),
         ("nonsense", "is a broken atlas"),
-        ('{"format": "robust_ik singularity atlas", "version": 99}', "reads version 3"),
-        ('{"format": "robust_ik singularity atlas", "version": 3}', "is a broken atlas"),
+        ('{"format": "robust_ik singularity atlas", "version": 99}', "reads versions 3 and 4"),
+        ('{"format": "robust_ik singularity atlas", "version": 4}', "is a broken atlas"),
     ],
 )
 def test_what_is_no_atlas_is_refused_in_a_sentence(tmp_path, text, message):

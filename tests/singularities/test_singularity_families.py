@@ -77,7 +77,7 @@ TABLES = {
     **{name: rik.DHTable(joints, "standard", rows=rows) for name, (joints, rows) in SLIDING.items()},
     **{f"planar {n} {''.join(rows)}": planar(n, rows) for n in (3, 4, 5, 6) for rows in (("x", "z", "wy"), ("x", "y"))},
     **{f"planar {n} xywz": planar(n, ("x", "y", "wz")) for n in (3, 5)},
-    **{f"structured position {n}": structured(n, 1, POSITION) for n in (3, 4, 5, 6)},
+    **{f"structured position {n}": structured(n, 1, POSITION) for n in (3, 4, 5, 6, 7)},
     **{f"generic position {n}": generic(n, 0, POSITION) for n in (3, 4, 5, 6)},
     **{f"structured {n}.{seed}": structured(n, seed) for n, seed in [(6, 1), (7, 1), (8, 0), (9, 1), (10, 2)]},
     **{f"generic {n}": generic(n, 0) for n in (7, 8)},
@@ -104,9 +104,9 @@ def searched(name):
 
 def last_sigma(name, values, corank):
     """σ_{m−k+1}/σ₁ by Pinocchio, not by the chain that the atlas was made with."""
-    robot, rows = robot_of(name), atlas_of(name).robot.chain.rows
-    s = svd(robot.jacobian(robot.configuration(values), rows=rows)).s
-    return s[..., len(rows) - corank] / s[..., 0]
+    robot, chain = robot_of(name), atlas_of(name).robot.chain
+    s = svd(robot.jacobian(robot.configuration(values), rows=chain.rows)).s
+    return s[..., chain.full_rank - corank] / s[..., 0]
 
 
 def check_not_spurious(name, row, rng):
@@ -164,7 +164,7 @@ def test_a_folded_stratum_of_an_arm_that_slides_is_read_with_all_its_values():
 
 
 def test_a_folded_stratum_may_pin_a_sum_of_parallel_joints_and_a_value_that_is_no_special_angle():
-    folded = [leaf for row in atlas_of("structured 7.1") for leaf in row.leaves if _is_folded_form(leaf)]
+    folded = [leaf for row in atlas_of("structured position 7") for leaf in row.leaves if _is_folded_form(leaf)]
     assert len(folded) == 8
     assert {len(leaf.pins) for leaf in folded} == {3}
 
@@ -200,7 +200,7 @@ def test_the_stand_in_10_axis_arm_has_no_unaccounted_start_at_corank_1():
 
 
 def test_points_off_every_leaf_are_not_accounted_for():
-    atlas = atlas_of("structured 7.1")
+    atlas = atlas_of("structured position 7")
     chain = atlas.robot.chain
     leaves = [leaf for row in atlas.of_corank(1) for leaf in row.leaves]
     kept = [leaf for leaf in leaves if not _is_folded_form(leaf)]

@@ -22,6 +22,7 @@ from robust_ik.certificates.checker.expected_children import (
     relation_child,
     require,
 )
+from robust_ik.certificates.checker.largest_rank import check_rank
 from robust_ik.certificates.checker.leaf_checks import check_inside, check_leaf
 from robust_ik.certificates.checker.modular_arithmetic import UnluckyError, random_prime
 from robust_ik.certificates.checker.modular_kinematics import ROW_NAMES, is_rigid
@@ -29,7 +30,8 @@ from robust_ik.certificates.checker.random_points import RandomPoint, source_val
 from robust_ik.certificates.checker.root_counting import count_real_roots
 from robust_ik.certificates.proof.case_tree import RATIONAL, FormFactor, Node, State
 from robust_ik.certificates.proof.counted_steps import MOST, TooManyStepsError, at_most
-from robust_ik.certificates.proof.proof import Arm, Proof, from_json
+from robust_ik.certificates.proof.proof import Proof, from_json
+from robust_ik.certificates.proof.proof_arm import Arm
 from robust_ik.certificates.proof.untrusted_json import CertificateError
 from robust_ik.checks.public_arguments import checked
 
@@ -116,12 +118,13 @@ def _check_frame(proof: Proof, arm: Arm | None) -> None:
     assert proof.arm is not None
     require(arm is None or _geometry(arm) == _geometry(proof.arm), "it is about another arm")
     require(is_rigid(proof.arm), "a link of the arm is no rigid motion")
-    require(
-        proof.corank <= min(len(proof.arm.rows), len(proof.arm.joints)), "the corank is larger than the rank can be"
-    )
-    rows, n = set(proof.arm.rows), len(proof.arm.joints)
+    most = min(len(proof.arm.rows), len(proof.arm.joints))
+    require(1 <= proof.arm.rank <= most, "the rank is larger than it can be")
+    require(proof.corank <= proof.arm.rank, "the corank is larger than the rank can be")
+    rows = set(proof.arm.rows)
     free = rows in (set(ROW_NAMES), set(ROW_NAMES[:3]), set(ROW_NAMES[3:]))
-    require(proof.link <= n and (free or proof.link == 0), "the rank in that link's frame is not the rank in the base")
+    link = proof.link <= len(proof.arm.motions) and (free or proof.link == 0)
+    require(link, "the rank in that link's frame is not the rank in the base")
     require(proof.nodes[0].state == State(), "the first case has conditions")
     for index, node in enumerate(proof.nodes):
         require(node.kind != "open", f"case {index} is open ({node.reason or 'no reason given'})")
@@ -129,7 +132,7 @@ def _check_frame(proof: Proof, arm: Arm | None) -> None:
 
 
 def _geometry(arm: Arm) -> tuple[object, ...]:
-    return arm.rows, arm.links, arm.sliding
+    return arm.rows, arm.links, arm.sliding, arm.rank, arm.motions
 
 
 def _check_state(state: State, arm: Arm, where: str) -> None:
@@ -156,6 +159,8 @@ class _Round:
         self.prime = random_prime(self.rng)
 
     def run(self) -> None:
+        assert self.proof.arm is not None
+        check_rank(self.proof.arm, self.rng)
         for index, node in enumerate(self.proof.nodes):
             try:
                 self._retried(node)

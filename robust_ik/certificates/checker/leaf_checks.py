@@ -14,7 +14,8 @@ from robust_ik.certificates.checker.modular_rings import Ring
 from robust_ik.certificates.checker.random_points import RandomPoint
 from robust_ik.certificates.proof.case_tree import RATIONAL, Form, Node
 from robust_ik.certificates.proof.counted_steps import spend
-from robust_ik.certificates.proof.proof import Arm, Proof
+from robust_ik.certificates.proof.proof import Proof
+from robust_ik.certificates.proof.proof_arm import Arm
 
 TRIES = 200
 """Most attempts to find a point on a leaf: relations have a root modulo about two primes of three."""
@@ -24,7 +25,7 @@ def check_leaf(proof: Proof, node: Node, rng: random.Random) -> None:
     """Checks that the Jacobian has the corank at a random point of the leaf, over a random prime field."""
     assert proof.arm is not None
     _check_relations(node)
-    bound = min(len(proof.arm.rows), len(proof.arm.joints)) - proof.corank
+    bound = proof.arm.rank - proof.corank
     for _ in range(TRIES):
         prime = random_prime(rng)
         try:

@@ -13,7 +13,7 @@ from robust_ik.certificates.checker.modular_arithmetic import UnluckyError, frac
 from robust_ik.certificates.checker.modular_rings import Ring
 from robust_ik.certificates.proof.case_tree import Form
 from robust_ik.certificates.proof.counted_steps import spend
-from robust_ik.certificates.proof.proof import Arm
+from robust_ik.certificates.proof.proof_arm import Arm
 
 ROW_NAMES = ("x", "y", "z", "wx", "wy", "wz")
 
@@ -58,13 +58,14 @@ class ModularReplay:
         origin, turned = ([0, 0, 0], [[1, 0, 0], [0, 1, 0], [0, 0, 1]]) if not self.link else frames[self.link - 1]
         whole = len(self.arm.rows) == len(ROW_NAMES)
         reference = origin if whole else frames[-1][0]
-        columns, directions = [], list(zip(*turned))
-        for joint, (place, axes) in enumerate(frames[:-1]):
+        columns, directions = [[0] * len(self.arm.rows) for _ in self.arm.joints], list(zip(*turned))
+        for (joint, factor), (place, axes) in zip(self._motions, frames[:-1]):
             axis = [row[2] for row in axes]
             lever = [(a - b) % p for a, b in zip(reference, place)]
             twist = (axis, [0, 0, 0]) if joint in self.arm.sliding else (_cross(axis, lever), axis)
             both = [dot(direction, vector) % p for vector in twist for direction in directions]
-            columns.append([both[ROW_NAMES.index(name)] for name in self.arm.rows])
+            moved = (factor * both[ROW_NAMES.index(name)] for name in self.arm.rows)
+            columns[joint] = [(a + b) % p for a, b in zip(moved, columns[joint])]
         return [list(row) for row in zip(*columns)]
 
     @cached_property
@@ -74,8 +75,14 @@ class ModularReplay:
         spend(steps)
         return found
 
+    @cached_property
+    def _motions(self) -> list[tuple[int, int]]:
+        """The joint of each motion, and its factor modulo the prime."""
+        spend(sum(fraction_steps(factor) for _, factor in self.arm.motions))
+        return [(joint, residue(factor, self.ring.prime)) for joint, factor in self.arm.motions]
+
     def _frames(self, point: Point) -> list[tuple[list[Any], list[list[Any]]]]:
-        """Origin and axes of every joint's moved frame, and of the tip, in the base."""
+        """Origin and axes of every moved frame, and of the tip, in the base."""
         p = self.ring.prime
         place: list[Any] = [0, 0, 0]
         axes: list[list[Any]] = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
@@ -85,10 +92,12 @@ class ModularReplay:
             columns = list(zip(*rotation))
             place = [(at + dot(row, offset)) % p for at, row in zip(place, axes)]
             axes = [[dot(row, column) % p for column in columns] for row in axes]
-            if i in self.arm.sliding:
-                place = [(a + row[2] * self._length(*point[i])) % p for a, row in zip(place, axes)]
-            elif i < len(self.arm.joints):
-                c, s = self._angle(*point[i])
+            joint, factor = self._motions[i] if i < len(self._motions) else (-1, 0)
+            if joint in self.arm.sliding:
+                way = factor * self._length(*point[joint])
+                place = [(a + row[2] * way) % p for a, row in zip(place, axes)]
+            elif joint >= 0:
+                c, s = self._multiple(*self._angle(*point[joint]), self.arm.motions[i][1])
                 axes = [[(a * c + b * s) % p, (b * c - a * s) % p, d] for a, b, d in axes]
             result.append((place, axes))
         return result
@@ -98,6 +107,13 @@ class ModularReplay:
         if x != 1:
             raise UnluckyError("a sliding joint is not at (1 : d)")
         return y
+
+    def _multiple(self, c: Any, s: Any, factor: str) -> tuple[Any, Any]:
+        """Cosine and sine of ±1 or ±2 times an angle, by its own cosine and sine."""
+        p = self.ring.prime
+        if factor.endswith("2"):
+            c, s = (1 - 2 * s * s) % p, 2 * s * c % p
+        return c, -s if factor.startswith("-") else s
 
     def _angle(self, x: Any, y: Any) -> tuple[Any, Any]:
         """Cosine and sine of the angle, from those of the half angle up to their common factor."""

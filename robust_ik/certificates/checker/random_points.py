@@ -107,7 +107,7 @@ def _minor(place: RandomPoint, proof: Proof, node: Node, source: Source) -> Any:
     """A minor of the Jacobian, its rows combined by constants, times Π (x² + y²)^(d/2)."""
     assert proof.arm is not None
     arm, ring, p = proof.arm, place.ring, place.ring.prime
-    size = min(len(arm.rows), len(arm.joints)) - proof.corank + 1
+    size = arm.rank - proof.corank + 1
     require(len(source.columns) == len(set(source.columns)) == len(source.rows) == size, "a minor of another size")
     require(all(column < len(arm.joints) for column in source.columns), "a minor of no joint")
     require(all(len(row) == len(arm.rows) for row in source.rows), "weights of no row")

@@ -2,7 +2,7 @@
 
 from robust_ik.certificates.proof.float_jacobian import float_jacobian
 from robust_ik.certificates.proof.leaf_points import members
-from robust_ik.certificates.proof.proof import Arm
+from robust_ik.certificates.proof.proof_arm import Arm
 from robust_ik.certificates.proof.untrusted_json import read_json
 
 __all__ = [

@@ -11,7 +11,7 @@ import numpy as np
 
 from robust_ik.certificates.proof.case_tree import RATIONAL, Form, State
 from robust_ik.certificates.proof.field_elements import element_product
-from robust_ik.certificates.proof.proof import Arm
+from robust_ik.certificates.proof.proof_arm import Arm
 from robust_ik.checks import Array
 
 Term = dict[tuple[tuple[int, int], ...], Fraction]

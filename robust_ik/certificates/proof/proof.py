@@ -17,9 +17,17 @@ from robust_ik.certificates.proof.case_tree import (
     Source,
     State,
 )
+from robust_ik.certificates.proof.proof_arm import (
+    FULL_RANK,
+    MAX_JOINTS,
+    TURNING_ONLY,
+    VERSION,
+    Arm,
+    always_said,
+    read_arm,
+)
 from robust_ik.certificates.proof.untrusted_json import (
     CertificateError,
-    a_fraction,
     a_list,
     a_text,
     an_integer,
@@ -28,40 +36,14 @@ from robust_ik.certificates.proof.untrusted_json import (
     pairs,
     read_json,
 )
-from robust_ik.kinematics.twist_rows import ROWS
 
-FORMAT, VERSION = "robust_ik certificate", 2
-TURNING_ONLY = 1
-"""The version before sliding joints, in which all joints turn."""
+FORMAT = "robust_ik certificate"
 MAX_LENGTH = 20_000_000
 """Most characters of a proof. Chosen: thirty times the Panda's for corank 2 (0.6 MB), which is read in seconds."""
 MAX_NODES = 20_000
 """Most cases of a proof. Chosen: four times as many as the prover makes before it gives up (`case_split.MAX_NODES`)."""
-MAX_JOINTS = 20
-"""Most joints of an arm. Chosen: twice as many as the longest arms that are searched for singular configurations."""
 MAX_DEGREE = 128
 """Largest power in a form, or of a form. Chosen: ten times the 12 of a joint in a minor of six columns, 2 in each."""
-
-
-@dataclass(frozen=True)
-class Arm:
-    """The rational arm that the proof is about.
-
-    Attributes:
-        name: The robot's name.
-        joints: Joint names.
-        rows: Task rows.
-        links: The n + 1 constant transforms: three rows of the rotation, then the translation, fractions as text.
-        changes: How it differs from the robot it was made from, one sentence each.
-        sliding: Indices of the prismatic joints, ascending; the others turn about their z.
-    """
-
-    name: str
-    joints: tuple[str, ...]
-    rows: tuple[str, ...]
-    links: tuple[tuple[tuple[str, ...], ...], ...]
-    changes: tuple[str, ...] = ()
-    sliding: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -70,7 +52,7 @@ class Proof:
 
     Attributes:
         arm: The arm in rational numbers, or None if it is not supported.
-        corank: The rank deficiency: rank ≤ min(rows, joints) − corank.
+        corank: The rank deficiency: rank ≤ g − corank, g being the arm's `rank`.
         link: The link in whose frame the minors are written; 0 for the base.
         nodes: The cases; the first is the root.
         reason: Why the status is "unsupported", or empty.
@@ -132,7 +114,7 @@ def to_json(proof: Proof) -> str:
     """A proof as JSON text."""
     data: dict[str, Any] = {"format": FORMAT, "version": VERSION, "status": proof.status}
     data |= {"corank": proof.corank, "link": proof.link, "reason": proof.reason}
-    data["arm"] = None if proof.arm is None else _plain(proof.arm, {}) | {"sliding": list(proof.arm.sliding)}
+    data["arm"] = None if proof.arm is None else _plain(proof.arm, {}) | always_said(proof.arm)
     known: dict[int, Any] = {}
     data["nodes"] = [_plain(node, known) for node in proof.nodes]
     return json.dumps(data, separators=(",", ":"), ensure_ascii=True)
@@ -176,9 +158,9 @@ def from_json(text: str) -> Proof:
     data = an_object(
         data, "the certificate", {"format", "version", "status", "corank", "link", "reason", "arm", "nodes"}
     )
-    if data.get("format") != FORMAT or data.get("version") not in (TURNING_ONLY, VERSION):
-        raise CertificateError(f"not a {FORMAT!r} of version {TURNING_ONLY} or {VERSION}")
-    arm = None if data.get("arm") is None else _arm(data["arm"], data["version"])
+    if data.get("format") != FORMAT or data.get("version") not in (TURNING_ONLY, FULL_RANK, VERSION):
+        raise CertificateError(f"not a {FORMAT!r} of version {TURNING_ONLY} to {VERSION}")
+    arm = None if data.get("arm") is None else read_arm(data["arm"], data["version"])
     nodes = a_list(data.get("nodes"), "nodes", MAX_NODES)
     corank, link = an_integer(data.get("corank"), "corank", 1, 6), an_integer(data.get("link"), "link", 0, MAX_JOINTS)
     known: Forms = {}
@@ -187,32 +169,6 @@ def from_json(text: str) -> Proof:
 
 
 # ---------------------------------------------------------------------------------------------------- the parts
-def _arm(data: Any, version: int) -> Arm:
-    data = an_object(data, "arm", {"name", "joints", "rows", "links", "changes", "sliding"})
-    if ("sliding" in data) != (version == VERSION):
-        raise CertificateError(f"an arm says which joints slide from version {VERSION} on, and not before")
-    joints = tuple(a_text(name, "a joint name") for name in a_list(data.get("joints"), "joints", MAX_JOINTS))
-    rows = tuple(a_text(name, "a row") for name in a_list(data.get("rows"), "rows", 6))
-    if not joints or not rows or len(set(rows)) < len(rows) or any(row not in ROWS for row in rows):
-        raise CertificateError(f"an arm has joints, and rows of {' '.join(ROWS)}")
-    links = tuple(_link(link) for link in a_list(data.get("links"), "links", MAX_JOINTS + 1))
-    if len(links) != len(joints) + 1:
-        raise CertificateError(f"{len(joints)} joints need {len(joints) + 1} links, got {len(links)}")
-    changes = tuple(a_text(each, "a change") for each in a_list(data.get("changes", []), "changes", 1000))
-    given = a_list(data.get("sliding", []), "sliding", len(joints))
-    sliding = tuple(an_integer(joint, "sliding joint", 0, len(joints) - 1) for joint in given)
-    if list(sliding) != sorted(set(sliding)):
-        raise CertificateError("the sliding joints are named once each, rising")
-    return Arm(a_text(data.get("name"), "name"), joints, rows, links, changes, sliding)
-
-
-def _link(data: Any) -> tuple[tuple[str, ...], ...]:
-    rows = tuple(tuple(a_fraction(x) for x in a_list(row, "a row of a link", 3)) for row in a_list(data, "a link", 4))
-    if [len(row) for row in rows] != [3, 3, 3, 3]:
-        raise CertificateError("a link is three rows of a rotation and a translation, three numbers each")
-    return rows
-
-
 Forms = dict[str, Form]
 """The forms of a proof that were read before, by their text: most are in many cases."""
 

@@ -11,7 +11,8 @@ import numpy as np
 
 from robust_ik.certificates.proof.case_tree import RATIONAL, Coefficients, ExactPin, Node
 from robust_ik.certificates.proof.joint_relations import JointRelation, relation, shown, shown_length
-from robust_ik.certificates.proof.proof import Arm, Proof
+from robust_ik.certificates.proof.proof import Proof
+from robust_ik.certificates.proof.proof_arm import Arm
 from robust_ik.certificates.proof.real_roots import real_roots
 from robust_ik.checks import Array
 from robust_ik.checks.public_arguments import checked

@@ -140,7 +140,7 @@ class Case:
     def _branch(self) -> Decision:
         trig = Trig(self.arm.n, self.half.field, self.arm.sliding)
         matrix = reduced(trig, self.columns.jacobian(trig, self.state))
-        size = min(len(self.arm.rows), self.arm.n) - self.corank + 1
+        size = self.arm.rank - self.corank + 1
         if size <= len(matrix.pivots):
             return self._constant(matrix.constant(size), matrix.determinant(size))
         factor = trig.element(matrix.determinant(size))

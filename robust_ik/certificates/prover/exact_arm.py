@@ -8,13 +8,16 @@ orthogonal. Nothing is changed silently: `ExactArm.changes` lists it.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from lxml import etree
 
+from robust_ik.certificates.prover.generic_rank import generic_rank
 from robust_ik.certificates.prover.rational_matrices import (
     IDENTITY,
     ORIGIN,
@@ -31,6 +34,8 @@ from robust_ik.description.joint_tree import MOVING_TYPES
 from robust_ik.kinematics.twist_rows import ROWS
 
 if TYPE_CHECKING:
+    from robust_ik.description.joint_tree import Joint
+    from robust_ik.kinematics.chain import Chain
     from robust_ik.robot.robot import Robot
 
 LENGTH_DIGITS = 12
@@ -39,6 +44,12 @@ DENOMINATOR = 10**9
 """Largest denominator of tan(α/2) for other angles than multiples of a quarter turn. Chosen: errors are about 1e-18."""
 NOISE = 1e-14
 """Smaller changes are rounding of the floats that were read, and are not reported."""
+MULTIPLES = (1, 2)
+"""How many times faster a joint may turn than the one that it follows, to and fro: cos 2q and sin 2q are polynomials in
+cos q and sin q.
+"""
+Motions = tuple[tuple[int, Fraction], ...]
+"""For each motion from the base to the tip, the index of its joint and the factor."""
 QUARTERS = ((1, 0), (0, 1), (-1, 0), (0, -1))
 """Cosine and sine of zero, one, two and three quarter turns."""
 
@@ -74,15 +85,19 @@ class Change:
 
 @dataclass(frozen=True)
 class ExactArm:
-    """A serial arm in rational numbers, its tip at P₁ Z(q₁) P₂ Z(q₂) ⋯ Z(qₙ) Pₙ₊₁; Z is a turn about z or a slide.
+    """A serial arm in rational numbers, its tip at P₁ Z(p₁) P₂ Z(p₂) ⋯ Z(p_c) P_c₊₁; Z is a turn about z or a slide.
+
+    Each p is the value of one of n joints, or follows one: p = factor · q.
 
     Attributes:
         name: The robot's name.
-        joints: Joint names from the base to the tip.
-        placements: The n + 1 constant transforms (rotation, translation), fractions.
+        joints: Names of the n joints.
+        placements: The c + 1 constant transforms (rotation, translation), fractions.
         rows: Task rows, of x y z wx wy wz.
         changes: Differences from the description.
         sliding: Indices of the prismatic joints.
+        motions: For each of the c motions from the base to the tip, the index of its joint and the factor; by default
+            each joint moves once, by its value.
     """
 
     name: str
@@ -91,18 +106,28 @@ class ExactArm:
     rows: tuple[str, ...]
     changes: tuple[Change, ...] = ()
     sliding: frozenset[int] = frozenset()
+    motions: Motions = ()
+
+    def __post_init__(self) -> None:
+        if not self.motions:
+            object.__setattr__(self, "motions", tuple((joint, Fraction(1)) for joint in range(len(self.joints))))
 
     @property
     def n(self) -> int:
         """Number of joints."""
         return len(self.joints)
 
+    @cached_property
+    def rank(self) -> int:
+        """g, the rank of its Jacobian nearly everywhere."""
+        return generic_rank(self.placements, self.motions, self.sliding, self.rows)
+
     def shifted(self, tangents: tuple[Fraction, ...]) -> ExactArm:
         """The same arm with joint zeros moved: by 2 atan(tangents[i]) rad, or tangents[i] m for a sliding joint."""
         placements = list(self.placements)
-        for i, u in enumerate(tangents):
+        for (i, (joint, _)), u in zip(enumerate(self.motions), tangents):
             rotation, offset = placements[i]
-            if i in self.sliding:
+            if joint in self.sliding:
                 placements[i] = (rotation, plus(offset, apply(rotation, (ZERO, ZERO, u))))
             else:
                 placements[i] = (times(rotation, turn(2, *half_angle(u))), offset)
@@ -122,36 +147,55 @@ def exact_arm(robot: Robot, snap: float = 1e-4) -> ExactArm:
     if robot.tip is None:
         raise UnsupportedError("the robot was loaded whole, without a tip")
     chain = robot.description.chain(robot.tip)
-    moving = [joint for joint in chain if joint.name in robot.joint_names]
     for joint in chain:
         if joint.kind not in (*MOVING_TYPES, "fixed"):
             raise UnsupportedError(f"joint {joint.name!r} is {joint.kind}: not supported")
-        if joint.mimic is not None:
-            raise UnsupportedError(f"joint {joint.name!r} follows {joint.mimic.source!r}: not supported")
-    if [joint.name for joint in moving] != list(robot.joint_names):
+    moving, moves = [joint for joint in chain if joint.kind != "fixed"], robot.chain()
+    if len(moving) != len(moves) or set(moves.column.tolist()) != set(range(robot.n)):
         raise UnsupportedError("joints that do not move the tip are not supported: load the chain to the tip")
+    sliding = frozenset(np.flatnonzero(robot.sliding).tolist())
+    motions = tuple(_motions(moving, moves, sliding))
     changes: list[Change] = []
     elements = {
         element.get("name"): element for element in etree.fromstring(robot.description.xml.encode()).findall("joint")
     }
-    names = [joint.name for joint in moving]
     digits = _digits(robot.length_scale)
     steps = [(joint.name, _Reading(elements[joint.name], snap, digits, changes)) for joint in chain]
-    placements = tuple(_placements(steps, set(names)))
-    sliding = frozenset(i for i, joint in enumerate(moving) if joint.kind == "prismatic")
-    return ExactArm(robot.name, tuple(names), placements, robot.rows, tuple(changes), sliding)
+    zeros = {joint.name: float(shift) for joint, shift in zip(moving, moves.shift)}
+    placements = tuple(_placements(steps, zeros))
+    return ExactArm(robot.name, robot.joint_names, placements, robot.rows, tuple(changes), sliding, motions)
 
 
-def _placements(steps: list[tuple[str, _Reading]], moving: set[str]) -> Iterator[tuple[Matrix, Vector]]:
-    """The constant transforms between the motions, with z along every joint's axis."""
+def _motions(moving: Sequence[Joint], moves: Chain, sliding: frozenset[int]) -> Iterator[tuple[int, Fraction]]:
+    """For each joint that moves the tip, the joint that it follows, and how fast.
+
+    Raises:
+        UnsupportedError: No polynomial in the cosine and sine of that joint, or in its length, says so.
+    """
+    for joint, source, slides, factor in zip(moving, moves.column.tolist(), moves.sliding, moves.factor.tolist()):
+        alike = bool(slides) == (source in sliding)
+        if not alike or not (factor != 0 if slides else abs(factor) in MULTIPLES):
+            leader = "another" if joint.mimic is None else repr(joint.mimic.source)
+            raise UnsupportedError(f"joint {joint.name!r} follows {leader} {factor:g}-fold: not supported")
+        yield source, Fraction(repr(factor))
+
+
+def _placements(steps: list[tuple[str, _Reading]], zeros: Mapping[str, float]) -> Iterator[tuple[Matrix, Vector]]:
+    """The constant transforms between the motions, with z along every joint's axis.
+
+    Args:
+        steps: All joints of the chain.
+        zeros: For each joint that moves the tip, its motion with what it follows at zero, rad or m.
+    """
     rotation, offset = IDENTITY, ORIGIN
     for name, reading in steps:
         offset = plus(offset, apply(rotation, reading.offset()))
         rotation = times(rotation, reading.rotation())
-        if name in moving:
+        if name in zeros:
             aligned = reading.alignment()
             yield times(rotation, aligned), offset
-            rotation, offset = transpose(aligned), ORIGIN
+            turned, offset = reading.zero(zeros[name])
+            rotation = times(turned, transpose(aligned))
     yield rotation, offset
 
 
@@ -183,6 +227,14 @@ class _Reading:
             heading = 0.0
         return times(turn(2, *self._angle("axis", heading)), turn(1, *self._angle("axis", tilt)))
 
+    def zero(self, shift: float) -> tuple[Matrix, Vector]:
+        """The turn about z, or the shift along it, of a joint with what it follows at zero, rad or m."""
+        if shift == 0:
+            return IDENTITY, ORIGIN
+        if self.element.get("type") == "prismatic":
+            return IDENTITY, (ZERO, ZERO, self._length("offset", shift))
+        return turn(2, *self._angle("offset", shift)), ORIGIN
+
     def _numbers(self, tag: str, attribute: str, default: float) -> tuple[float, ...]:
         child = self.element.find(tag)
         written = None if child is None else child.get(attribute)
@@ -209,39 +261,36 @@ class _Reading:
         return half_angle(tangent)
 
 
-def arm_of_lines(
+def arm_of_moves(
     name: str,
     joints: tuple[str, ...],
     rows: tuple[str, ...],
-    first: tuple[float, float, Sequence[float]],
-    links: Sequence[tuple[float, float, float, float]],
-    tip: Sequence[float],
+    moves: Sequence[Sequence[tuple[str, int, float]]],
     unit: float,
+    sliding: frozenset[int] = frozenset(),
 ) -> ExactArm:
-    """The exact arm of turning joints from the common normals of their axes.
+    """The exact arm from turns and shifts between its joints.
 
     Args:
         name: The robot's name.
         joints: Its joints.
         rows: Task rows.
-        first: Heading and tilt of the first axis, rad, and a point on it, m.
-        links: Angle, offset along the axis, length and twist of each common normal, rad and m.
-        tip: The tip's point in the last axis' frame, m.
+        moves: Those from the base to the first joint's frame, from each joint's to the next one's, and to the tip: a
+            "turn" about x, y or z (0, 1 or 2), or a "shift" along it, rad or m.
         unit: The arm's unit of length, m.
+        sliding: Indices of the prismatic joints.
     """
-    digits = _digits(unit)
-
-    def length(value: float) -> Fraction:
-        return round(Fraction(value), digits)
-
-    heading, tilt, origin = first
-    placements = [(times(turn(2, *rational(heading)), turn(1, *rational(tilt))), tuple(map(length, origin)))]
-    for angle, along, across, twist in links:
-        about = turn(2, *rational(angle))
-        shift = apply(about, (length(across), ZERO, length(along)))
-        placements.append((times(about, turn(0, *rational(twist))), shift))
-    placements.append((IDENTITY, tuple(map(length, tip))))
-    return ExactArm(name, joints, tuple(placements), rows)
+    digits, placements = _digits(unit), []
+    for each in moves:
+        rotation, offset = IDENTITY, ORIGIN
+        for kind, axis, value in each:
+            if kind == "turn":
+                rotation = times(rotation, turn(axis, *rational(value)))
+            else:
+                along = round(Fraction(value), digits)
+                offset = plus(offset, tuple(row[axis] * along for row in rotation))
+        placements.append((rotation, offset))
+    return ExactArm(name, joints, tuple(placements), rows, sliding=sliding)
 
 
 def rational(angle: float, snap: float = NOISE) -> tuple[Fraction, Fraction]:

@@ -24,7 +24,8 @@ def middle_links(arm: ExactArm) -> list[int]:
     """Links to try, the middle one first; only the base if the rank depends on the frame."""
     if not is_frame_free(arm.rows):
         return [0]
-    return sorted(range(1, arm.n), key=lambda k: (abs(2 * k - arm.n), k)) or [0]
+    count = len(arm.motions)
+    return sorted(range(1, count), key=lambda k: (abs(2 * k - count), k)) or [0]
 
 
 Placed = tuple[Matrix, Vector]
@@ -53,7 +54,12 @@ class Columns:
             state: The conditions, whose pins fix joints.
         """
         now = _Now(self, trig, state, {pin.joint: (poly(pin.x), poly(pin.y)) for pin in state.pins})
-        return [list(row) for row in zip(*(now.column(joint) for joint in range(self.arm.n)))]
+        columns: list[list[Any]] = [[] for _ in range(self.arm.n)]
+        for place, (joint, factor) in enumerate(self.arm.motions):
+            column, rate = now.column(place), trig.constant(factor)
+            moved = column if factor == 1 else [rate * value for value in column]
+            columns[joint] = [a + b for a, b in zip(columns[joint], moved)] if columns[joint] else moved
+        return [list(row) for row in zip(*columns)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,8 +79,9 @@ class _Now:
     pins: Pins
 
     def _remembered(self, what: str, index: int, first: int, last: int, made: Callable[[int], Any]) -> Any:
-        """A value that depends only on the pins of joints first to last − 1, computed once."""
-        between = tuple(pin for pin in self.state.pins if first <= pin.joint < last)
+        """A value that depends only on the pins of what moves from first to last − 1, computed once."""
+        moving = {joint for joint, _ in self.columns.arm.motions[first:last]}
+        between = tuple(pin for pin in self.state.pins if pin.joint in moving)
         # An element of the field is a polynomial in its θ: without a pin there is no θ.
         key = (what, index, between, self.state.field if between else None)
         if key not in self.columns.known:
@@ -82,24 +89,26 @@ class _Now:
         return self.columns.known[key]
 
     def column(self, joint: int) -> list[Any]:
-        """The task rows of one column."""
+        """The task rows of the column of one motion."""
         whole, link = set(self.columns.arm.rows) == set(ROWS), self.columns.link
-        last = max(joint, link) if whole else self.columns.arm.n
+        last = max(joint, link) if whole else len(self.columns.arm.motions)
         column: list[Any] = self._remembered("column", joint, min(joint + 1, link), last, self._column)
         return column
 
     def _column(self, joint: int) -> list[Any]:
         arm, zero = self.columns.arm, self.trig.context.constant(0)
         origin = (zero, zero, zero)
-        reference = origin if set(arm.rows) == set(ROWS) else self.outwards(arm.n)[1]
+        reference = origin if set(arm.rows) == set(ROWS) else self.outwards(len(arm.motions))[1]
         rotation, point = self.outwards(joint) if joint >= self.columns.link else self.inwards(joint)
         axis = tuple(row[2] for row in rotation)
-        twist = (*axis, *origin) if joint in arm.sliding else (*cross(axis, minus(reference, point)), *axis)
+        twist = (
+            (*axis, *origin) if arm.motions[joint][0] in arm.sliding else (*cross(axis, minus(reference, point)), *axis)
+        )
         both = [self.trig.reduce(value) for value in twist]
         return [both[ROWS.index(name)] for name in arm.rows]
 
     def outwards(self, joint: int) -> Placed:
-        """The frame of a joint after the link, before it moves; the tip's for n."""
+        """The frame of a motion after the link, before it moves; the tip's for the number of motions."""
         placed: Placed = self._remembered("outwards", joint, self.columns.link, joint, self._outwards)
         return placed
 
@@ -114,7 +123,7 @@ class _Now:
         return times(rotation, R), _reduced(trig, plus(point, rotate(rotation, p)))
 
     def inwards(self, joint: int) -> Placed:
-        """The frame of a joint before the link, after it has moved."""
+        """The frame of a motion before the link, after it has moved."""
         placed: Placed = self._remembered("inwards", joint, joint + 1, self.columns.link, self._inwards)
         return placed
 
@@ -140,12 +149,16 @@ class _Now:
         return tuple(tuple(constant(a) for a in row) for row in R), tuple(constant(a) for a in p)
 
 
-def _motion(arm: ExactArm, joint: int, trig: Trig, pins: Pins) -> tuple[Matrix, Vector]:
-    """The motion of a joint's frame: a rotation about z and a translation along z, one of them trivial."""
+def _motion(arm: ExactArm, place: int, trig: Trig, pins: Pins) -> tuple[Matrix, Vector]:
+    """The motion of a frame: a rotation about z and a translation along z, one of them trivial."""
     zero, one = trig.context.constant(0), trig.context.constant(1)
+    joint, factor = arm.motions[place]
     if joint in arm.sliding:
-        return turn(2, one, zero), (zero, zero, trig.length(joint, pins))
-    return turn(2, *trig.angle(joint, pins)), (zero, zero, zero)
+        return turn(2, one, zero), (zero, zero, trig.constant(factor) * trig.length(joint, pins))
+    c, s = trig.angle(joint, pins)
+    for _ in range(1, abs(int(factor))):  # twice as fast at most
+        c, s = trig.reduce(c * c - s * s), trig.reduce(2 * c * s)
+    return turn(2, c, s if factor > 0 else -s), (zero, zero, zero)
 
 
 def _reduced(trig: Trig, values: Vector) -> Vector:

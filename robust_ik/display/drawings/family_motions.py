@@ -84,7 +84,7 @@ class Family:
         lost = _lost_at(robot, facts.chain, values[0], stratum.corank)
         way = _way_inside(robot, facts, values[0], stratum.corank)
         tip = robot.pose(robot.configuration(values))[:, :3, 3]
-        twists = _lost_twists(robot, facts.chain.rows, stratum.corank, values, lost.twists)
+        twists = _lost_twists(robot, facts.chain, stratum.corank, values, lost.twists)
         walk = ShownMotion(values, WALK, tip, tip, twists)
         return cls(stratum, curves, walk, trip.inside, lost, way, _sway(robot, way, walk))
 
@@ -117,18 +117,19 @@ def _lost_at(robot: Robot, chain: ScrewChain, values: Array, corank: int, units:
     chain = replace(chain, length_scale=1.0)
     rows = tuple(ROWS.index(row) for row in chain.rows)
     T_world_tool = robot.pose(robot.configuration(values * units))
-    return lost_motion(chain.jacobian(values), chain.hessian(values), T_world_tool, corank, rows)
+    return lost_motion(chain.jacobian(values), chain.hessian(values), T_world_tool, corank, rows, chain.full_rank)
 
 
-def _lost_twists(robot: Robot, rows: tuple[str, ...], corank: int, values: Array, first: Array) -> Array:
+def _lost_twists(robot: Robot, chain: ScrewChain, corank: int, values: Array, first: Array) -> Array:
     """The directions of the weakest singular values as columns that change continuously, (F, 6, k)."""
-    count, places = first.shape[1], [ROWS.index(row) for row in rows]
+    rows, count = chain.rows, first.shape[1]
+    places = [ROWS.index(row) for row in rows]
     q = robot.configuration(values)
     J = robot.jacobian(q, rows=rows)
-    if len(rows) <= robot.n:
+    if chain.full_rank == len(rows):
         spaces = full_basis(J)[0][..., len(rows) - count :]
     else:
-        found = [lost_directions(*each, corank) for each in zip(J, robot.hessian(q, rows=rows))]
+        found = [lost_directions(*each, corank, chain.full_rank) for each in zip(J, robot.hessian(q, rows=rows))]
         spaces = np.stack([each if each.shape[1] == count else first[places] for each in found])
     twists = np.zeros((len(values), 6, count))
     twists[:, places] = follow_subspace(spaces, first[places])

@@ -36,16 +36,22 @@ def family_table(facts: RobotFacts, shown: Sequence[Family]) -> str:
     bodies = []
     for corank, group in groupby(enumerate(shown), key=lambda pair: pair[1].stratum.corank):
         rows = "".join(_row(facts, index, family) for index, family in group)
-        bodies.append(f"<tbody>{_heading(corank, few=facts.chain.n < facts.chain.m)}{rows}</tbody>")
+        bodies.append(f"<tbody>{_heading(corank, _what(facts))}{rows}</tbody>")
     return f'<table class="families"><thead>{head}</thead>{"".join(bodies)}</table>'
 
 
-def _heading(corank: int, *, few: bool) -> str:
-    if few:  # joints than rows
-        lost = "one motion of the joints does not move the tip"
-        lost = lost if corank == 1 else f"{corank} motions of the joints do not move the tip"
-    else:
-        lost = "one direction is lost" if corank == 1 else f"{corank} directions are lost at once"
+def _what(facts: RobotFacts) -> tuple[str, str]:
+    """What one corank, and a higher one, tells of an arm."""
+    chain = facts.chain
+    if chain.full_rank == chain.m:
+        return "one direction is lost", "{} directions are lost at once"
+    if chain.full_rank == chain.n:
+        return "one motion of the joints does not move the tip", "{} motions of the joints do not move the tip"
+    return "one more motion of the joints does not move the tip", "{} more motions of the joints do not move the tip"
+
+
+def _heading(corank: int, what: tuple[str, str]) -> str:
+    lost = what[0] if corank == 1 else what[1].format(corank)
     return (
         f'<tr class="corank"><th colspan="{COLUMNS}" scope="rowgroup">Corank {corank} <small>{lost}</small></th></tr>'
     )

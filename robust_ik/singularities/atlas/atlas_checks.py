@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from robust_ik.description.joint_tree import FREEDOM
 from robust_ik.errors import LoadError
-from robust_ik.kinematics.twist_rows import checked_rows
+from robust_ik.kinematics.twist_rows import DEFICIENT, checked_rows
 from robust_ik.singularities.atlas.atlas_record import AtlasRecord, Settings
 from robust_ik.singularities.atlas.evidence import Evidence
 from robust_ik.singularities.conditions.condition_words import condition, equation
@@ -19,6 +19,7 @@ from robust_ik.singularities.conditions.relation_bases import DEGREES
 from robust_ik.singularities.conditions.robot_facts import SAME, RobotFacts, jacobians_apart
 from robust_ik.singularities.families.leaf import is_singular
 from robust_ik.singularities.find.find_points import Method
+from robust_ik.singularities.geometry.screw_chain import largest_rank
 
 if TYPE_CHECKING:
     from robust_ik.singularities.conditions.angle_sums import Angle
@@ -95,6 +96,7 @@ def _check_robot(facts: RobotFacts) -> None:
     scale: object = facts.length_scale
     if isinstance(scale, bool) or not isinstance(scale, (int, float)) or not 0 < scale <= LARGEST:
         raise LoadError(f"length_scale cannot be {str(scale)[:40]!r}")
+    _check_rank(facts)
     if not isinstance(facts.snapped, bool):
         raise LoadError(f"snapped cannot be {str(facts.snapped)[:40]!r}")
     n = facts.chain.n
@@ -113,8 +115,21 @@ def _check_robot(facts: RobotFacts) -> None:
 
 
 def _kind(chain: ScrewChain) -> object:
-    """What chains of the same joints share: which slide, what follows what, periods, and the unit of length."""
-    return chain.sliding, chain.slides, chain.mixing.tolist(), chain.period.tolist(), chain.length_scale
+    """What chains of the same joints share: which slide, what follows what, periods, unit of length, largest rank."""
+    return chain.sliding, chain.slides, chain.mixing.tolist(), chain.period.tolist(), chain.length_scale, chain.rank
+
+
+def _check_rank(facts: RobotFacts) -> None:
+    """Checks that the arm has the rank of which its coranks are what is missing, and no larger one.
+
+    Where rows were left out, it has full rank in the others.
+    """
+    chain, rank = facts.chain, facts.chain.rank
+    if rank is not None and (isinstance(rank, bool) or not isinstance(rank, int)):
+        raise LoadError(f"rank cannot be {str(rank)[:40]!r}")
+    most, least = (largest_rank(chain, DEFICIENT * (1 + sign * SAME)) for sign in (-1, 1))
+    if not least <= chain.full_rank <= most:
+        raise LoadError(f"the rank of its arm is {least} nearly everywhere, not {chain.full_rank}")
 
 
 def _check_chain(chain: ScrewChain) -> None:

@@ -28,7 +28,9 @@ from robust_ik.singularities.families.stratum import Condition, Stratum
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 from robust_ik.singularities.lost_motion.along_a_stratum import lost_along
 
-FORMAT, VERSION = "robust_ik singularity atlas", 3
+FORMAT, VERSION = "robust_ik singularity atlas", 4
+ROWS_LEFT_OUT = 3
+"""The version before: it left out rows that an arm could not all move, and its coranks are of those that it kept."""
 LARGEST_FILE = 64_000_000
 """Most bytes of a file. Chosen: the Panda's atlas with its proofs has 4 MB; this is small beside memory."""
 BROKEN = (ValueError, KeyError, TypeError, AttributeError, IndexError, ArithmeticError, RecursionError, RobustIKError)
@@ -55,8 +57,9 @@ def load(path: str | Path) -> AtlasRecord:
         raise LoadError(f"{full} is a broken atlas: {error}") from error
     if not isinstance(data, dict) or data.get("format") != FORMAT:
         raise LoadError(f"{full} is no singularity atlas")
-    if data.get("version") != VERSION:
-        raise LoadError(f"{full} is of version {data.get('version')!r}; this package reads version {VERSION}")
+    if data.get("version") not in (ROWS_LEFT_OUT, VERSION):
+        known = f"versions {ROWS_LEFT_OUT} and {VERSION}"
+        raise LoadError(f"{full} is of version {data.get('version')!r}; this package reads {known}")
     try:
         return from_plain(data)
     except BROKEN as error:

@@ -56,8 +56,8 @@ def find_singularities(
         corank: Only this one; by default all up to the last that exists.
         starts: Random starts for each corank.
         rng: A seed, or a generator to draw one from; by default always the same.
-        rows: Task rows, of x y z wx wy wz; default the robot's. Rows that it cannot move are left out; the atlas says
-            so. Of fewer joints than six rows the corank is the number of joints less the rank.
+        rows: Task rows, of x y z wx wy wz; default the robot's. The corank is the largest rank that the arm has in them
+            anywhere, less the rank at a configuration; the atlas says if that is not the number of rows.
         length_scale: Length by which linear rows are divided where σ is told, m; default the robot's. Strata do not
             depend on it.
         tolerance: ‖r‖/σ₁ that counts as zero, r being the k smallest singular values.

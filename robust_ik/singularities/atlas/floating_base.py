@@ -6,8 +6,6 @@ among the arm's singular configurations. It is none of them, and the limits of t
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from robust_ik.kinematics.twist_rows import ROWS
@@ -34,7 +32,7 @@ def least_determinant(facts: RobotFacts) -> float:
     Args:
         facts: Facts of the robot.
     """
-    chain = replace(facts.given, rows=ROWS)
+    chain = facts.given.in_rows(ROWS)
     if not facts.floating or not set(facts.floating) <= set(chain.joint_names):
         return 0.0
     columns = [chain.joint_names.index(name) for name in facts.floating]

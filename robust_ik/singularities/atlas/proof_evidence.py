@@ -69,7 +69,7 @@ class ProofOutcome:
         points = polished(chain, points, proof.corank)
         owners = np.repeat(np.arange(len(places)), [len(each) for each in found])
         sigmas = relative_sigmas(chain, points)
-        return cls(proof, verdict, places, points, coranks(sigmas, 1.0), owners)
+        return cls(proof, verdict, places, points, coranks(sigmas[:, : chain.full_rank], 1.0), owners)
 
     @property
     def accepted(self) -> bool:

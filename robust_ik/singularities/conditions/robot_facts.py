@@ -14,15 +14,17 @@ from numpy.typing import ArrayLike
 
 from robust_ik.certificates.certify import plain_arm
 from robust_ik.certificates.proof import Arm, float_jacobian
-from robust_ik.certificates.prover import UnsupportedError, arm_of_lines, exact_arm
+from robust_ik.certificates.prover import UnsupportedError, arm_of_moves, exact_arm
 from robust_ik.checks import Array, as_array, checked_parameter, readonly
 from robust_ik.description.catalog import catalog
 from robust_ik.description.dh import DHTable, read_dh
 from robust_ik.errors import InputError, LoadError
 from robust_ik.kinematics.twist_rows import ROWS
+from robust_ik.singularities.conditions.built_in_losses import built_in
 from robust_ik.singularities.conditions.condition_words import symbols
 from robust_ik.singularities.geometry.line_arm import LineArm
-from robust_ik.singularities.geometry.screw_chain import ScrewChain, reachable_rows
+from robust_ik.singularities.geometry.screw_chain import ScrewChain, largest_rank
+from robust_ik.singularities.geometry.sliding_arm import SlidingArm
 from robust_ik.singularities.geometry.straightening import nearby, straightened
 
 if TYPE_CHECKING:
@@ -98,19 +100,19 @@ class RobotFacts:
         table: DHTable | None,
         snap: bool,
     ) -> RobotFacts:
-        """The facts of a robot, with straightened geometry, in the rows in which it can move."""
+        """The facts of a robot, with straightened geometry, in all the rows that are asked for."""
         told = robot.length_scale if length_scale is None else checked_parameter("length_scale", length_scale, above=0)
-        asked = ScrewChain.of(robot, rows=rows, length_scale=robot.length_scale)
-        given = reachable_rows(asked)
+        given = ScrewChain.of(robot, rows=rows, length_scale=robot.length_scale)
         chain, changes, lines = straightened(robot, given)
-        given = given if changes else chain
+        chain = replace(chain, rank=largest_rank(chain))
+        given = replace(given, rank=chain.rank) if changes else chain
         kinds = [robot.description.joint[name].kind for name in robot.joint_names]
         exact, inexact = _exact(robot, chain, lines)
         near, near_changes = nearby(robot, given, chain)
         return cls(
             name=robot.name,
             tip=str(robot.tip),
-            asked=asked.rows,
+            asked=given.rows,
             continuous=tuple(kind == "continuous" for kind in kinds),
             lower=robot.lower,
             upper=robot.upper,
@@ -175,38 +177,33 @@ class RobotFacts:
 
     @property
     def reduced(self) -> str:
-        """Why not all rows that were asked for were analysed; empty if all were."""
+        """What the arm can never do in the rows that were asked for; empty if it can move in all of them somewhere.
+
+        Atlases of version 3 left out rows that the arm could not all move.
+        """
         if self.asked == self.chain.rows:
-            return "" if self.chain.m <= self.chain.n else self._few_joints
+            return built_in(self.name, self.chain)
         return (
             f"{self.name} is singular everywhere in the rows {' '.join(self.asked)}, which its {self.chain.n} joints "
             f"cannot all move: analysed in {' '.join(self.chain.rows)}"
         )
 
-    @property
-    def _few_joints(self) -> str:
-        """What the corank of an arm with fewer joints than rows is."""
-        return (
-            f"{self.name} has {self.chain.n} {'joint' if self.chain.n == 1 else 'joints'} for six rows: its corank is "
-            f"{self.chain.n} − rank, how many motions of the joints do not move the tip"
-        )
 
-
-def _exact(robot: Robot, chain: ScrewChain, lines: LineArm | None) -> tuple[Arm | None, str]:
+def _exact(robot: Robot, chain: ScrewChain, lines: LineArm | SlidingArm | None) -> tuple[Arm | None, str]:
     """The chain in rational numbers, or the reason why that is not possible."""
     try:
         if lines is None:
             arm = plain_arm(exact_arm(robot.with_rows(chain.rows)))
         else:
-            links = [(each.theta, each.d, each.a, each.alpha) for each in lines.links]
-            first = (lines.heading, lines.tilt, tuple(lines.origin.tolist()))
-            told = (robot.name, chain.joint_names, chain.rows)
-            arm = plain_arm(arm_of_lines(*told, first, links, lines.tip.tolist(), robot.length_scale))
+            told, slides = (robot.name, chain.joint_names, chain.rows), np.flatnonzero(chain.sliding).tolist()
+            arm = plain_arm(arm_of_moves(*told, lines.moves, robot.length_scale, frozenset(slides)))
     except UnsupportedError as error:
         return None, str(error)
     away = jacobians_apart(chain, arm)
     if away > SAME:
         return None, f"its angles are not rational enough: the exact arm is off by {away:.1g}"
+    if arm.rank != chain.full_rank:
+        return None, f"in rational numbers its rank is {arm.rank} nearly everywhere, by its numbers {chain.full_rank}"
     return arm, ""
 
 

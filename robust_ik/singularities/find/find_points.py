@@ -15,7 +15,7 @@ from robust_ik.singularities.find.gradient_search import gradient_search
 from robust_ik.singularities.find.points_found import Points
 from robust_ik.singularities.find.projection_search import TOLERANCE, SearchEnds
 from robust_ik.singularities.find.projection_search import project as project
-from robust_ik.singularities.find.rank_residual import Indices, Mask, check_corank, coranks, ranks
+from robust_ik.singularities.find.rank_residual import Indices, Mask, check_corank, ranks
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 
 Progress = Callable[[int, int], None]
@@ -46,7 +46,7 @@ def find_points(
 
     Args:
         chain: What moves the tip.
-        corank: k, from 1 to the number of task rows.
+        corank: k, from 1 to the rank where the arm is not singular.
         starts: Number of uniform starts within the chain's ranges, or the starts themselves, (S, n).
         rng: Random numbers for the starts and for motions of stalled searches; the same ones by default.
         method: "projection" (Levenberg-Marquardt on the residual), or "gradient", the paper's own, for comparison.
@@ -153,7 +153,7 @@ def search(chain: ScrewChain, corank: int, starts: Array, normals: Normals, tole
 
 def _clear(found: SearchEnds, corank: int) -> Mask:
     at = found.residual
-    return np.asarray((coranks(at.s, at.scale) == corank) & ranks(at.derivative, at.scale)[1])
+    return np.asarray((at.coranks == corank) & ranks(at.derivative, at.scale)[1])
 
 
 def points_of(
@@ -177,7 +177,7 @@ def points_of(
         values=chain.wrapped(values),
         residual=at.relative,
         iterations=found.tries[hit],
-        coranks=coranks(at.s, at.scale),
+        coranks=at.coranks,
         dimensions=dimensions,
         folded=~clear,
         minima=chain.wrapped(found.values[~found.converged]),

@@ -40,7 +40,7 @@ class Descent:
     Attributes:
         corank: k: σ_{m−k+1} should become zero.
         values: Joint values, rad or m, (T + 1, n).
-        s: Singular values, (T + 1, m).
+        s: Singular values, (T + 1, m): without those that are always zero.
         gradients: The gradient of each step, which goes against it, (T, n).
     """
 
@@ -134,5 +134,5 @@ def gradient_descent(
         passed.append(here[0])
         gradients.append(along[0])
     values = np.array(passed)
-    s = singular_values(chain.jacobian(values))
+    s = singular_values(chain.jacobian(values))[:, : chain.full_rank]
     return Descent(int(corank), values, s, np.array(gradients).reshape(-1, chain.n))

@@ -65,11 +65,9 @@ class Slope:
     def at(cls, chain: ScrewChain, values: Array, corank: int) -> Slope:
         """The slope at joint values (N, n)."""
         found = svd(chain.jacobian(values))
-        right = np.swapaxes(found.Vt[:, chain.full_rank - corank :], -1, -2)
-        return cls(
-            found.s[:, chain.full_rank - corank :],
-            chain.contraction(values, found.U[..., chain.full_rank - corank :], right),
-        )
+        these = slice(chain.full_rank - corank, chain.full_rank)
+        right = np.swapaxes(found.Vt[:, these], -1, -2)
+        return cls(found.s[:, these], chain.contraction(values, found.U[..., these], right))
 
     def clusters(self, tolerance: float) -> Indices:
         """How many singular values are near the target's, including itself, (N,).

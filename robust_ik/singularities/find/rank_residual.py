@@ -1,8 +1,10 @@
 """The residual r = vec(U₂ᵀ J V₂), which vanishes if the corank is at least k, and its derivative. NumPy only.
 
-U₂ holds the k weakest left singular vectors, V₂ the n − m + k weakest right ones, including those of the null space; of
-fewer joints than rows, U₂ the m − n + k weakest left ones, V₂ the k weakest right ones. The corank is min(m, n) − rank.
-Both are fixed within a step, so that no singular vector is differentiated and clusters need no special treatment.
+The corank is g − rank, g being the rank at nearly all configurations: the number of rows or joints, whichever is less,
+but for what the arm can never do. U₂ holds the m − g + k weakest left singular vectors, V₂ the n − g + k weakest right
+ones. Both are fixed within a step, so that no singular vector is differentiated and clusters need no special treatment.
+Where g < min(m, n), some entries of r are always zero, and on a stratum so are their derivatives: they add nothing to
+the rank of ∂r/∂q.
 """
 
 from __future__ import annotations
@@ -37,14 +39,16 @@ class Residual:
     Attributes:
         corank: k.
         s: Singular values of the Jacobian, (N, min(m, n)).
-        derivative: ∂r/∂q, (N, k (|n − m| + k), n): of U₂ᵀ J V₂ row by row, or of its transpose if m > n.
+        derivative: ∂r/∂q, (N, (m − g + k) (n − g + k), n): of U₂ᵀ J V₂ row by row, or of its transpose if m > n.
         scale: The scale of singular values, (N,): σ₁, unless the whole Jacobian vanishes.
+        full: g, the rank where the arm is not singular.
     """
 
     corank: int
     s: Array
     derivative: Array
     scale: Array
+    full: int
 
     @classmethod
     def at(cls, chain: ScrewChain, values: Array, corank: int) -> Residual:
@@ -57,12 +61,17 @@ class Residual:
             A = np.ascontiguousarray(np.swapaxes(A, 1, 2))
         A = A.reshape(len(values), left.shape[-1] * right.shape[-1], chain.n)
         scale = np.maximum(found.s[:, 0], chain.least_scale)
-        return cls(corank, found.s, A, scale)
+        return cls(corank, found.s, A, scale, chain.full_rank)
 
     @property
     def weakest(self) -> Array:
-        """The k smallest singular values: the diagonal of r, which is zero elsewhere, (N, k)."""
-        return np.asarray(self.s[:, self.s.shape[1] - self.corank :])
+        """The diagonal of r, zero elsewhere: all singular values but the g − k largest, k if none is always zero."""
+        return np.asarray(self.s[:, self.full - self.corank :])
+
+    @property
+    def coranks(self) -> Indices:
+        """The corank at each of polished points, (N,)."""
+        return coranks(self.s[:, : self.full], self.scale)
 
     @property
     def norm(self) -> Array:
@@ -80,7 +89,7 @@ class Residual:
 
     @property
     def vector(self) -> Array:
-        """The residual r as vectors, (N, k (|n − m| + k))."""
+        """The residual r as vectors, (N, (m − g + k) (n − g + k))."""
         k, rows = self.weakest.shape[1], self.derivative.shape[1]
         r = np.zeros((len(self.weakest), rows))
         r[:, np.arange(k) * (rows // k + 1)] = self.weakest
@@ -88,7 +97,7 @@ class Residual:
 
     def select(self, which: Indices) -> Residual:
         """The residual of some of the configurations."""
-        return Residual(self.corank, self.s[which], self.derivative[which], self.scale[which])
+        return Residual(self.corank, self.s[which], self.derivative[which], self.scale[which], self.full)
 
     def put(self, which: Indices, other: Residual) -> None:
         """Replaces the residuals of some configurations."""
@@ -103,12 +112,14 @@ def check_corank(chain: ScrewChain, corank: int) -> None:
     """
     most = chain.full_rank
     if isinstance(corank, bool) or not isinstance(corank, (int, np.integer)) or not 1 <= corank <= most:
-        what = "task rows" if chain.m <= chain.n else "joints"
-        raise InputError(f"corank must be 1 to {most}, the number of {what}, got {corank!r}")
+        what = "the number of task rows" if chain.m <= chain.n else "the number of joints"
+        if most < min(chain.m, chain.n):
+            what = "the rank that the arm has at most"
+        raise InputError(f"corank must be 1 to {most}, {what}, got {corank!r}")
 
 
 def coranks(s: Array, scale: Array | float) -> Indices:
-    """How many singular values of polished points are zero relative to a scale, (..., m) → (...)."""
+    """How many singular values of polished points are zero relative to a scale, (..., g) → (...)."""
     return np.asarray(np.sum(s <= SAME_CORANK * np.asarray(scale)[..., None], axis=-1))
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from robust_ik.checks import Array
 from robust_ik.kinematics.svd import singular_values, svd
 from robust_ik.singularities.find.projection_search import SearchEnds, project
-from robust_ik.singularities.find.rank_residual import Residual, coranks
+from robust_ik.singularities.find.rank_residual import Residual
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 
 Mask = NDArray[np.bool_]
@@ -77,13 +77,13 @@ def readable(chain: ScrewChain, values: Array, corank: int) -> tuple[Mask, Indic
 
 def readable_at(at: Residual) -> tuple[Mask, Indices]:
     """The same from the residual at the N points."""
-    return _read(at, singular_values(at.derivative), at.corank)
+    return _read(at, singular_values(at.derivative))
 
 
-def _read(at: Residual, a: Array, corank: int) -> tuple[Mask, Indices]:
+def _read(at: Residual, a: Array) -> tuple[Mask, Indices]:
     a = a / np.maximum(at.scale[:, None], 1e-300)
     rank = np.sum(a > STRONG, axis=1)
-    clear = (np.sum(a > WEAK, axis=1) == rank) & (rank > 0) & (coranks(at.s, at.scale) == corank)
+    clear = (np.sum(a > WEAK, axis=1) == rank) & (rank > 0) & (at.coranks == at.corank)
     return np.asarray(clear), np.asarray(at.derivative.shape[-1] - rank)
 
 
@@ -169,5 +169,5 @@ def _units(vectors: Array) -> Array:
 def _seen(at: Residual, dimensions: Indices) -> tuple[Array, Mask]:
     """The tangent spaces as projectors, and which points are clear, of exactly this corank and dimension."""
     found = svd(at.derivative)
-    clear, its = _read(at, found.s, at.corank)
+    clear, its = _read(at, found.s)
     return _along(found.Vt, dimensions), clear & (its == dimensions)

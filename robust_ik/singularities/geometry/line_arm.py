@@ -7,6 +7,7 @@ has axes that miss each other by a micrometre where they were meant to meet. Arr
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,6 +24,8 @@ WRITTEN = 1e-6
 """Distance of a length from whole numbers of the last digit's place, in that place, if it is written as it is."""
 STEP = np.pi / 12
 """15°: the angles of nominal geometry, 30°, 45°, 60° and 90°, are multiples of it."""
+Move = tuple[str, int, float]
+"""A "turn" about an axis, or a "shift" along it: 0, 1, 2 for x, y, z; and by how much, rad or m."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +48,16 @@ class NormalLink:
     def transform(self) -> Array:
         """Rz(θ) Tz(d) Tx(a) Rx(α), (4, 4)."""
         return screw(2, self.theta, self.d) @ screw(0, self.alpha, self.a)
+
+    @property
+    def has_normal(self) -> bool:
+        """Whether the normal has a direction of its own: not between axes in one line."""
+        return abs(float(np.sin(self.alpha))) > PARALLEL or self.a != 0
+
+    @property
+    def moves(self) -> list[Move]:
+        """The same, one after another."""
+        return [("turn", 2, self.theta), ("shift", 2, self.d), ("shift", 0, self.a), ("turn", 0, self.alpha)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,20 +83,21 @@ class LineArm:
         object.__setattr__(self, "tip", readonly(self.tip))
 
     @classmethod
-    def of(cls, axes: Array, points: Array, tip: Array) -> LineArm:
+    def of(cls, axes: Array, points: Array, tip: Array, least: float = 0.0) -> LineArm:
         """The arm with given axes.
 
         Args:
             axes: Unit vectors along the axes with all joints at zero, world, (n, 3).
             points: A point on each, m, (n, 3).
             tip: The tip's point there, m, (3,).
+            least: Parallel axes at most so far apart are in one line, and have the direction of the normal before, m.
         """
         across = float(np.hypot(*axes[0, :2]))
         heading = float(np.arctan2(axes[0, 1], axes[0, 0])) if across > PARALLEL else 0.0
         tilt = float(np.arctan2(across, axes[0, 2]))
         x, here, links = _first_frame(heading, tilt)[:, 0], points[0], []
         for z, other, beyond in zip(axes, axes[1:], points[1:]):
-            normal, foot, length = _common_normal(z, here, other, beyond, x)
+            normal, foot, length = common_normal(z, here, other, beyond, x, least)
             twist = float(np.arctan2(normal @ np.cross(z, other), z @ other))
             angle = float(np.arctan2(z @ np.cross(x, normal), x @ normal))
             links.append(NormalLink(angle, float((foot - here) @ z), length, twist))
@@ -101,6 +115,12 @@ class LineArm:
             frames.append(frames[-1] @ link.transform)
         return np.stack(frames)
 
+    @property
+    def moves(self) -> list[list[Move]]:
+        """The moves from the world to the first axis' frame, from each to the next one, and to the tip."""
+        first: list[Move] = [*shifted(self.origin), ("turn", 2, self.heading), ("turn", 1, self.tilt)]
+        return [first, *(link.moves for link in self.links), shifted(self.tip)]
+
     def evened(self, most: Tolerance) -> tuple[LineArm, list[tuple[float, float]]]:
         """The arm with lengths that are nearly zero or nearly alike made so, and angles made multiples of 15°.
 
@@ -115,15 +135,15 @@ class LineArm:
         """
         sizes = np.abs([(link.d if i else 0.0, link.a) for i, link in enumerate(self.links)])
         even = _alike(sizes.ravel(), most).reshape(sizes.shape)
-        vague = [_vagueness(link, most) for link in self.links]
+        vague = [vagueness(link, most) for link in self.links]
         links, changes = [], []
         for i, (link, (along, across)) in enumerate(zip(self.links, even)):
             turn = most.angle + min(vague[i - 1] + vague[i], VAGUE)
             new = NormalLink(
-                _nominal(link.theta, turn) if i else link.theta,
+                nominal(link.theta, turn) if i else link.theta,
                 float(np.copysign(along, link.d)) if i else link.d,
                 float(np.copysign(across, link.a)),
-                _nominal(link.alpha, most.angle),
+                nominal(link.alpha, most.angle),
             )
             links.append(new)
             moved = max(abs(new.d - link.d), abs(new.a - link.a))
@@ -131,34 +151,70 @@ class LineArm:
         return replace(self, links=tuple(links)), changes
 
 
-def made_parallel(axes: Array, points: Array, tip: Array, tolerance: float) -> tuple[Array, Array, Array, list[float]]:
+def made_parallel(
+    axes: Array, points: Array, tip: Array, tolerance: float, sliding: Sequence[bool] = ()
+) -> tuple[Array, Array, Array, list[float]]:
     """Lines with nearly parallel neighbours made parallel, by turning all that comes after, and each turn, rad.
 
-    The common normal of nearly parallel axes is far away, and says nothing of how far they are apart.
+    The common normal of nearly parallel axes is far away, and says nothing of how far they are apart. What slides is
+    made parallel, by turning it alone, to what is before it, back to the last axis that turns; axes that turn, also to
+    the slides in between.
 
     Args:
         axes: Unit vectors with all joints at zero, world, (n, 3).
         points: A point on each, m, (n, 3).
         tip: The tip's point, m, (3,).
         tolerance: Largest turn, rad.
+        sliding: Which of the joints slide, (n,); by default none.
     """
     from scipy.spatial.transform import Rotation  # slow to import: only if it is needed
 
     axes, points, tip, turns = axes.copy(), points.copy(), tip.copy(), []
     for i in range(1, len(axes)):
-        before = axes[i - 1] if float(axes[i] @ axes[i - 1]) > 0 else -axes[i - 1]
+        turn, before = min(
+            (_turn_between(axes[i], axes[j]) for j in _neighbours(i, sliding)), key=lambda found: found[0]
+        )
         across = np.cross(axes[i], before)
-        turn = float(np.arcsin(min(1.0, float(np.linalg.norm(across)))))
         if not 0 < turn <= tolerance:
             turns.append(0.0)
+            continue
+        turns.append(turn)
+        if sliding and sliding[i]:
+            axes[i] = before
             continue
         R = Rotation.from_rotvec(turn * across / np.linalg.norm(across)).as_matrix()
         axes[i:] = axes[i:] @ R.T
         axes[i] = before
         points[i + 1 :] = points[i] + (points[i + 1 :] - points[i]) @ R.T
         tip = points[i] + R @ (tip - points[i])
-        turns.append(turn)
     return axes, points, tip, turns
+
+
+def _neighbours(joint: int, sliding: Sequence[bool]) -> range:
+    """The joints before one, back to the last that turns; only that one if nothing slides."""
+    first = joint - 1
+    while sliding and first > 0 and sliding[first]:
+        first -= 1
+    return range(first, joint)
+
+
+def _turn_between(axis: Array, other: Array) -> tuple[float, Array]:
+    """The least angle between two axes, rad, and the other one in the direction of the first."""
+    before = other if float(axis @ other) > 0 else -other
+    return float(np.arcsin(min(1.0, float(np.linalg.norm(np.cross(axis, before)))))), before
+
+
+def shifted(by: Array) -> list[Move]:
+    """The moves along x, y and z, by a vector in m, (3,)."""
+    return [("shift", axis, float(amount)) for axis, amount in enumerate(by)]
+
+
+def transform(moves: Sequence[Move]) -> Array:
+    """The transform of moves, one after another, each in the frame that the ones before lead to, (4, 4)."""
+    result = np.eye(4)
+    for kind, axis, value in moves:
+        result = result @ (screw(axis, value, 0.0) if kind == "turn" else screw(axis, 0.0, value))
+    return result
 
 
 def _first_frame(heading: float, tilt: float) -> Array:
@@ -166,7 +222,9 @@ def _first_frame(heading: float, tilt: float) -> Array:
     return (screw(2, heading, 0.0) @ screw(1, tilt, 0.0))[:3, :3]
 
 
-def _common_normal(z: Array, here: Array, other: Array, beyond: Array, x: Array) -> tuple[Array, Array, float]:
+def common_normal(
+    z: Array, here: Array, other: Array, beyond: Array, x: Array, least: float = 0.0
+) -> tuple[Array, Array, float]:
     """The common normal of two axes: its direction, its foot on the first one, and its length with a sign.
 
     Args:
@@ -175,6 +233,7 @@ def _common_normal(z: Array, here: Array, other: Array, beyond: Array, x: Array)
         other: Direction of the second.
         beyond: A point on it.
         x: Direction of the normal before, for axes that coincide.
+        least: Parallel axes at most so far apart coincide, m.
     """
     across, way = np.cross(z, other), beyond - here
     size = float(np.linalg.norm(across))
@@ -183,10 +242,10 @@ def _common_normal(z: Array, here: Array, other: Array, beyond: Array, x: Array)
         return normal, here + z * float(np.cross(way, other) @ across) / size**2, float(way @ normal)
     flat = way - (way @ z) * z
     length = float(np.linalg.norm(flat))
-    return (flat / length if length > 0 else x), here, length
+    return (flat / length, here, length) if length > least else (x, here, 0.0)
 
 
-def _vagueness(link: NormalLink, most: Tolerance) -> float:
+def vagueness(link: NormalLink, most: Tolerance) -> float:
     """How far the direction of a link's normal may be off, rad."""
     across = abs(np.sin(link.alpha))
     if across > most.angle:
@@ -194,7 +253,7 @@ def _vagueness(link: NormalLink, most: Tolerance) -> float:
     return float(most.short / abs(link.a)) if link.a else 0.0
 
 
-def _nominal(value: float, tolerance: float) -> float:
+def nominal(value: float, tolerance: float) -> float:
     """An angle, or the multiple of 15° that it nearly is."""
     exact = round(value / STEP) * STEP
     return exact if abs(value - exact) <= tolerance else value

@@ -17,7 +17,7 @@ from robust_ik.checks import Array, as_array, checked_parameter, readonly
 from robust_ik.errors import InputError, TipError
 from robust_ik.kinematics.chain import Chain
 from robust_ik.kinematics.svd import singular_values
-from robust_ik.kinematics.twist_rows import DEFICIENT, ROWS, always_deficient, checked_rows, movable_rows
+from robust_ik.kinematics.twist_rows import DEFICIENT, ROWS, checked_rows
 
 if TYPE_CHECKING:
     from robust_ik.robot.robot import Robot
@@ -34,7 +34,7 @@ So are those without limits.
 Chosen: what turns is to be seen beside what slides; a lift or a linear axis travels a few times the arm's size.
 """
 SAMPLES = 20
-"""Configurations that show in which rows the tip can move. Full rank anywhere means full rank nearly everywhere."""
+"""Configurations that show the largest rank. A rank that is reached anywhere is reached nearly everywhere."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +57,7 @@ class ScrewChain:
         upper: Upper ends.
         period: Change of each value after which the pose is the same again, 2π; infinite if there is none, (n,).
         slides: Which of the n values are lengths; the others are angles, also where a slide follows them.
+        rank: The rank of the Jacobian nearly everywhere; None if it is min(m, n).
     """
 
     joint_names: tuple[str, ...]
@@ -71,6 +72,7 @@ class ScrewChain:
     upper: Array
     period: Array
     slides: tuple[bool, ...]
+    rank: int | None = None
 
     def __post_init__(self) -> None:
         for name in ("rotations", "offsets", "tip", "mixing", "lower", "upper", "period"):
@@ -80,7 +82,7 @@ class ScrewChain:
 
     @classmethod
     def of(cls, robot: Robot, *, rows: Sequence[str] | None = None, length_scale: float = 1.0) -> ScrewChain:
-        """The chain that moves a robot's tip.
+        """The chain that moves a robot's tip, with its largest rank: see `largest_rank`.
 
         Args:
             robot: Any robot with a tip.
@@ -93,10 +95,10 @@ class ScrewChain:
         """
         frames, sliding, mixing = constants(robot)
         lower, upper, period = ranges(robot, sliding, mixing)
-        return cls(
+        chain = cls(
             joint_names=robot.joint_names,
             rows=robot.rows if rows is None else checked_rows(rows),
-            length_scale=checked_parameter("length_scale", length_scale, above=0),
+            length_scale=robot.length_scale,
             rotations=frames[:-1, :3, :3],
             offsets=frames[:-1, :3, 3],
             sliding=tuple(bool(each) for each in sliding),
@@ -107,6 +109,12 @@ class ScrewChain:
             period=period,
             slides=tuple(bool(each) for each in robot.sliding),
         )
+        scale = checked_parameter("length_scale", length_scale, above=0)
+        return replace(chain, length_scale=scale, rank=largest_rank(chain))
+
+    def in_rows(self, rows: tuple[str, ...]) -> ScrewChain:
+        """The same chain in other task rows, for its Jacobians: how large their rank is has not been looked at."""
+        return replace(self, rows=rows, rank=None)
 
     @property
     def n(self) -> int:
@@ -120,8 +128,8 @@ class ScrewChain:
 
     @property
     def full_rank(self) -> int:
-        """The rank of the Jacobian where it is not singular, min(m, n): coranks are what is missing of it."""
-        return min(self.m, self.n)
+        """The rank of the Jacobian where it is not singular, at most min(m, n): coranks are what is missing of it."""
+        return min(self.m, self.n) if self.rank is None else self.rank
 
     @property
     def is_serial(self) -> bool:
@@ -304,24 +312,17 @@ def _travel(lower: Array, upper: Array, unit: Array, far: Array) -> tuple[Array,
     return np.where(wide, middle - unit, lower), np.where(wide, middle + unit, upper)
 
 
-def reachable_rows(chain: ScrewChain) -> ScrewChain:
-    """The chain in its task rows if its Jacobian has full rank in them somewhere, else in fewer rows that have.
+def largest_rank(chain: ScrewChain, deficient: float = DEFICIENT) -> int:
+    """The rank of a chain's Jacobian at nearly all configurations.
 
-    Slides are measured in the arm's own unit of length. Fewer joints than six rows are no reason to leave rows out:
-    where the joints' motions are independent, nothing is lost. What rounding leaves of a row counts as nothing, beside
-    what the joints move at all.
+    Slides are measured in the arm's own unit of length, which its `length_scale` must be. What rounding leaves of a
+    singular value counts as nothing, beside what the joints move at all.
+
+    Args:
+        chain: The chain.
+        deficient: Largest fraction of σ₁ in all rows that counts as nothing.
     """
     even = chain.measured_in(np.where(chain.slides, chain.length_scale, 1.0))
-    whole = replace(even, rows=ROWS).jacobian(even.random(np.random.default_rng(0), SAMPLES))
-    largest = singular_values(whole)[:, 0]
-
-    def deficient(rows: tuple[str, ...]) -> bool:
-        s = singular_values(whole[:, [ROWS.index(row) for row in rows]])
-        return always_deficient(s, len(rows), chain.n, largest)
-
-    if set(chain.rows) == set(ROWS) and chain.n < len(ROWS):
-        s = singular_values(whole)
-        if not (s[:, -1] <= DEFICIENT * largest).all():
-            return chain
-    rows = movable_rows(chain.rows, deficient)
-    return chain if rows == chain.rows else replace(chain, rows=rows)
+    whole = even.in_rows(ROWS).jacobian(even.random(np.random.default_rng(0), SAMPLES))
+    s = singular_values(whole[:, [ROWS.index(row) for row in chain.rows]])
+    return int(np.sum(s > deficient * singular_values(whole)[:, :1], axis=1).max())

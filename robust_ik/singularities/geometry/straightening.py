@@ -5,8 +5,8 @@ A rounded number destroys strata: configurations that are singular by symmetry a
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
+from itertools import accumulate
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,8 +14,9 @@ import numpy as np
 from robust_ik.checks import Array
 from robust_ik.kinematics.chain import axis_frames
 from robust_ik.singularities.geometry.coincidence_tolerance import ANGLE, Tolerance
-from robust_ik.singularities.geometry.line_arm import STEP, LineArm, made_parallel
-from robust_ik.singularities.geometry.screw_chain import ScrewChain, axes_at_zero, reachable_rows
+from robust_ik.singularities.geometry.line_arm import STEP, LineArm, made_parallel, transform
+from robust_ik.singularities.geometry.screw_chain import ScrewChain, axes_at_zero, largest_rank
+from robust_ik.singularities.geometry.sliding_arm import SlidingArm
 
 if TYPE_CHECKING:
     from robust_ik.robot.robot import Robot
@@ -43,21 +44,22 @@ def nearby(robot: Robot, given: ScrewChain, chain: ScrewChain) -> tuple[ScrewCha
         chain: The same, straightened: what rounding explains is done.
 
     Returns:
-        None if there are none, or the chain could no longer move in all rows.
+        None if there are none, or the chain would no longer have its rank anywhere.
     """
     meant, changes, _ = straightened(robot, given, Tolerance.of(robot).widened(robot.length_scale))
-    if _apart(meant, chain) <= APART or reachable_rows(meant).rows != chain.rows:
+    if _apart(meant, chain) <= APART or largest_rank(meant) != chain.full_rank:
         return None, ()
     return meant, changes
 
 
 def straightened(
     robot: Robot, chain: ScrewChain, tolerance: Tolerance | None = None
-) -> tuple[ScrewChain, tuple[str, ...], LineArm | None]:
+) -> tuple[ScrewChain, tuple[str, ...], LineArm | SlidingArm | None]:
     """The chain with nearly exact numbers made exact, and each change in words.
 
-    Directions come first. Of arms that only turn, lengths between the axes follow, and what angles are left: see
-    `LineArm.evened`. If that changes anything, the arm is returned by its common normals, too.
+    Directions come first. Lengths between the axes that turn follow, and what angles are left: see `LineArm.evened` and
+    `SlidingArm`. If that changes anything, the arm is returned by its common normals, too. Of arms in which joints
+    follow others, or none turns, only directions are changed.
 
     Args:
         robot: The robot of the chain.
@@ -67,14 +69,12 @@ def straightened(
     most = Tolerance.of(robot) if tolerance is None else tolerance
     lines, changes, turned = _with_exact_directions(robot, chain, most.angle)
     straight = _chain_of(chain, *lines) if turned else chain
-    turns_only = not any(chain.sliding) and np.array_equal(chain.mixing, np.eye(chain.n))
-    if not turns_only:
+    if all(chain.sliding) or not np.array_equal(chain.mixing, np.eye(chain.n)):
         return straight, changes, None
     if not turned:
         lines = (*axes_at_zero(chain.rotations, chain.offsets), robot.pose(robot.neutral)[:3, 3])
-    even, more = _evened(robot, chain.joint_names, lines, most)
-    placed = even.frames
-    found = _chain_of(chain, placed[:, :3, 2], placed[:, :3, 3], placed[-1, :3, :3] @ even.tip + placed[-1, :3, 3])
+    even, more = _evened(robot, chain, lines, most)
+    found = _chain_of(chain, *_lines_of(even))
     coarse = bool(changes) and most.angle > ANGLE
     if not (more or coarse) or _apart(found, straight) > FAITHFUL * (most.angle + most.short / chain.length_scale):
         return straight, changes, None
@@ -107,10 +107,15 @@ def _with_exact_directions(robot: Robot, chain: ScrewChain, tolerance: float) ->
     return (np.array(axes), np.array(points), tip), tuple(changes), most > ROUNDING
 
 
-def _evened(robot: Robot, names: Sequence[str], lines: Lines, most: Tolerance) -> tuple[LineArm, list[str]]:
+def _evened(robot: Robot, chain: ScrewChain, lines: Lines, most: Tolerance) -> tuple[LineArm | SlidingArm, list[str]]:
     """The arm with meant coincidences of its lines made exact, and each change in words."""
-    *parallel, turns = made_parallel(*lines, most.angle)
-    arm, moved = LineArm.of(*parallel).evened(most)
+    names = chain.joint_names
+    axes, points, tip, turns = made_parallel(*lines, most.angle, chain.sliding)
+    arm: LineArm | SlidingArm
+    if any(chain.sliding):
+        arm, moved = SlidingArm.of(axes, points, tip, chain.sliding, most).evened(most)
+    else:
+        arm, moved = LineArm.of(axes, points, tip, most.short).evened(most)
     changes = [
         f"{name}: lengths changed by {length:.2g} m"
         for name, (length, _) in zip(names[1:], moved)
@@ -122,6 +127,15 @@ def _evened(robot: Robot, names: Sequence[str], lines: Lines, most: Tolerance) -
         if max(angle, turn) > UNCHANGED
     ]
     return arm, changes
+
+
+def _lines_of(arm: LineArm | SlidingArm) -> Lines:
+    """The lines of an arm with all joints at zero."""
+    if isinstance(arm, LineArm):
+        placed = arm.frames
+        return placed[:, :3, 2], placed[:, :3, 3], placed[-1, :3, :3] @ arm.tip + placed[-1, :3, 3]
+    frames = np.stack(list(accumulate((transform(each) for each in arm.moves), np.matmul)))
+    return frames[:-1, :3, 2], frames[:-1, :3, 3], frames[-1, :3, 3]
 
 
 def _apart(one: ScrewChain, other: ScrewChain) -> float:

@@ -52,7 +52,7 @@ def lost_along(chain: ScrewChain, tool: Array, corank: int, samples: Array) -> L
         samples: Configurations on it as joint values, (S, n).
     """
     values = samples[np.unique(np.linspace(0, len(samples) - 1, SAMPLES).round().astype(int))]
-    every = replace(chain, rows=ROWS)
+    every = chain.in_rows(ROWS)
     lost = [_lost_at(chain, tool, corank, each) for each in values]
     axes = [Axes.of(J, np.zeros(3)) for J in every.jacobian(values)]
     words = in_words(lost, axes, landmarks(axes[0]), chain.length_scale)
@@ -67,7 +67,7 @@ def _lost_at(chain: ScrewChain, tool: Array, corank: int, values: Array) -> Lost
     T = np.eye(4)
     T[:3, :3] = chain.last_axes(values) @ tool
     rows = tuple(ROWS.index(row) for row in chain.rows)
-    return lost_motion(chain.jacobian(values), chain.hessian(values), T, corank, rows)
+    return lost_motion(chain.jacobian(values), chain.hessian(values), T, corank, rows, chain.full_rank)
 
 
 def _way_out(lost: Sequence[LostMotion]) -> str:

@@ -17,8 +17,9 @@ from robust_ik.singularities.lost_motion.wrench_screw import WrenchScrew
 class LostMotion:
     """The motion that is lost at a singular configuration of corank k.
 
-    An arm with fewer joints than rows cannot move its tip in some directions wherever it is. What it loses besides are
-    those that come back as it leaves the singular configuration, one way or another: r of them.
+    An arm with fewer joints than rows, or whose joints do not move its tip independently, cannot move it in some
+    directions wherever it is. What it loses besides are those that come back as it leaves the singular configuration,
+    one way or another: r of them.
 
     Attributes:
         twists: Directions in which the tool cannot move, world axes at the tool's point, orthonormal and sparse
@@ -46,7 +47,7 @@ class LostMotion:
 
     @property
     def corank(self) -> int:
-        """How many directions are lost; with fewer joints than rows not the corank."""
+        """How many directions are lost; of an arm that never has full rank in all rows not the corank."""
         return int(self.twists.shape[1])
 
 
@@ -59,7 +60,12 @@ ALL_ROWS = (0, 1, 2, 3, 4, 5)
 
 
 def lost_motion(
-    J: Array, hessian: Array, T_world_tool: Array, corank: int, rows: tuple[int, ...] = ALL_ROWS
+    J: Array,
+    hessian: Array,
+    T_world_tool: Array,
+    corank: int,
+    rows: tuple[int, ...] = ALL_ROWS,
+    rank: int | None = None,
 ) -> LostMotion:
     """The motion that is lost at a configuration of a known corank.
 
@@ -69,20 +75,22 @@ def lost_motion(
         T_world_tool: The tool's pose, (4, 4).
         corank: k ≥ 1.
         rows: Which of the six rows of a twist J has.
+        rank: g, the rank where the arm is not singular; by default min(m, n).
 
     Raises:
-        InputError: Shapes do not fit, or the corank is not in [1, min(m, n)].
+        InputError: Shapes do not fit, or the corank is not in [1, g].
     """
     J = as_array(J, "J", (len(rows), None))
     m, n = J.shape
     hessian, T = as_array(hessian, "hessian", (m, n, n)), as_array(T_world_tool, "T_world_tool", (4, 4))
-    if not 1 <= corank <= min(m, n):
-        raise InputError(f"corank must lie in [1, {min(m, n)}] for {m} rows and {n} joints, got {corank}")
-    lost = lost_directions(J, hessian, corank)
+    rank = min(m, n) if rank is None else rank
+    if not 1 <= corank <= rank <= min(m, n):
+        raise InputError(f"corank must lie in [1, {rank}] for {m} rows and {n} joints, got {corank}")
+    lost = lost_directions(J, hessian, corank, rank)
     basis = np.zeros((6, lost.shape[1]))
     basis[list(rows)] = lost
     twists = sparse_basis(basis)
-    self_motions = whole_svd(J).Vt[min(m, n) - corank :].T
+    self_motions = whole_svd(J).Vt[rank - corank :].T
     turn = np.kron(np.eye(2), T[:3, :3].T)
     return LostMotion(
         twists=twists,
@@ -94,26 +102,28 @@ def lost_motion(
     )
 
 
-def lost_directions(J: Array, hessian: Array, corank: int) -> Array:
+def lost_directions(J: Array, hessian: Array, corank: int, rank: int | None = None) -> Array:
     """The directions of the task that are lost at a configuration of corank k, orthonormal columns, (m, k) or (m, r).
 
-    With m ≤ n they are the k weakest left singular vectors. With m > n there are always m − n such vectors: those are
-    lost along which a small motion of some joint lets the self-motions move the tool, as the derivative of U₂ᵀ J V₂
-    shows; all of them if it vanishes.
+    With a rank of m elsewhere they are the k weakest left singular vectors. With a rank of g < m there are always m − g
+    such vectors: those are lost along which a small motion of some joint lets the self-motions move the tool, as the
+    derivative of U₂ᵀ J V₂ shows; all of them if it vanishes.
 
     Args:
         J: The Jacobian, (m, n).
         hessian: ∂J/∂q, (m, n, n).
         corank: k ≥ 1.
+        rank: g, the rank where the arm is not singular; by default min(m, n).
     """
-    found, kept = whole_svd(J), min(J.shape) - corank
+    rank = min(J.shape) if rank is None else rank
+    found, kept = whole_svd(J), rank - corank
     weakest = found.U[:, kept:]
-    if J.shape[0] <= J.shape[1]:
+    if J.shape[0] == rank:
         return np.asarray(weakest)
     change = np.einsum("ia,ijk,bj->abk", weakest, hessian, found.Vt[kept:])
     gained = whole_svd(change.reshape(weakest.shape[1], -1))
-    rank = int(np.sum(gained.s > VANISHED * np.abs(hessian).max(initial=0.0)))
-    return np.asarray(weakest @ gained.U[:, :rank] if rank else weakest)
+    count = int(np.sum(gained.s > VANISHED * np.abs(hessian).max(initial=0.0)))
+    return np.asarray(weakest @ gained.U[:, :count] if count else weakest)
 
 
 def sides(low: float, high: float) -> int:
