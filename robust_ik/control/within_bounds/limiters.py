@@ -149,7 +149,7 @@ class Eased(Limiter):
 
     Attributes:
         limiter: The other one.
-        dt: Length of a step, s.
+        dt: Length of the first step, s.
         speed: The largest joint speed that it gave last, if limits have slowed it then; else infinite.
         rise: How much that may grow in a step at the most.
     """
@@ -164,7 +164,7 @@ class Eased(Limiter):
         """See `Limiter.limit`."""
         change, share = self.limiter.limit(wish)
         largest = float(np.abs(wish.motion).max(initial=0.0))
-        most = self.speed + min(self.rise, self.dt * (self.speed / RISING + SOFT))
+        most = self.speed + min(self.rise, (wish.dt or self.dt) * (self.speed / RISING + SOFT))
         if share * largest > most:
             slower = most / (share * largest)
             change, share = change * slower, share * slower
