@@ -6,9 +6,10 @@ whole loop ends it. All levels ask for the same share of their velocities, so th
 stay.
 
 A joint shakes when it has turned back SHAKES times in quick succession, each time after it was faster than PEAK of its
-speed limit; then the share falls, and falls faster if joints shake again. It stays while the tasks want what they
-wanted and the arm is where it shook, since there it would shake again; it grows back as the arm gets away from there,
-or once the tasks want something else.
+speed limit; then the share falls, and falls faster if joints shake again. The longer the tasks have wanted the same,
+the slower a succession counts as quick: an arm may swing with any period. Slower joints count, too, if they turn back
+evenly, as noise never makes them. The share stays while the tasks want what they wanted and the arm is where it shook,
+since there it would shake again; it grows back as the arm gets away from there, or once the tasks want something else.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robust_ik.checks import Array
 from robust_ik.control.limits import JointLimits, Limit
@@ -25,16 +27,21 @@ from robust_ik.kernels.control import control_layout as slots
 from robust_ik.kernels.control.control_layout import (
     AGAIN,
     AWAY,
+    EVEN,
     FORGETTING,
     GROWTH,
+    IN_A_ROW,
     KICK,
     LEAST_SHARE,
     LESS,
     LESS_AGAIN,
+    PATIENCE,
     QUIET,
+    QUIET_MOST,
     QUIET_STILL,
     REVERSALS,
     SHAKES,
+    SMALL,
     STILL,
 )
 from robust_ik.robot.robot import Robot
@@ -84,11 +91,14 @@ class Calming:
     def note(self, memory: Array, qdot: Array, dt: float) -> None:
         """Takes note in a memory such as `memory`; `kernels.control.calming.calm` does the same."""
         share = memory[slots.CALM_NOW] = memory[slots.CALM_SHARE]
-        extremes, counts, before, way, last = memory[slots.CALMING :].reshape(slots.REMEMBERED, -1)
-        still = memory[slots.CALM_STILL] > STILL
-        counts /= 1.0 + dt / ((QUIET_STILL if still else QUIET) + self.slowness * before)
+        extremes, counts, before, way, last, *earlier = memory[slots.CALMING :].reshape(slots.REMEMBERED, -1)
+        since = memory[slots.CALM_STILL]
+        still = since > STILL
+        quiet = max(QUIET_STILL, min(QUIET_MOST, since / PATIENCE)) if still else QUIET
+        counts /= 1.0 + dt / (quiet + self.slowness * before)
         turned, speeds = qdot * extremes < 0.0, np.abs(qdot)
-        counted = turned & (np.abs(extremes) >= self.peaks)
+        small = _even_turns(earlier, extremes, turned) & bool(still)
+        counted = turned & (np.abs(extremes) >= np.where(small, SMALL * self.peaks, self.peaks))
         kicks = still & (np.abs(qdot - last) >= KICK * self.peaks)
         counts[counted] += np.where(kicks, SHAKES, 1.0)[counted]
         before[counted] = np.abs(extremes[counted])
@@ -117,6 +127,15 @@ class Calming:
         else:
             self.memory[[slots.CALM_STILL, slots.CALM_FREE]] = 0.0, 1.0
         self._tasks = tasks
+
+
+def _even_turns(earlier: Sequence[Array], extremes: Array, turned: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Notes the largest velocities before joints turned back; which have turned back evenly for long, (n,)."""
+    last, before, row = earlier
+    even = np.abs(extremes - before) <= EVEN * np.abs(extremes)
+    row[turned] = np.where(even, row + 1.0, 0.0)[turned]
+    before[turned], last[turned] = last[turned], extremes[turned]
+    return np.asarray(row >= IN_A_ROW)
 
 
 def _alike(tasks: Levels, others: Levels, robot: Robot) -> bool:

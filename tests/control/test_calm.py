@@ -15,6 +15,7 @@ from robust_ik.control.within_bounds.motion_cost import PRICE, motion_cost
 from robust_ik.control.within_bounds.null_space import Freedom
 from robust_ik.control.within_bounds.overshoot_limit import steadied
 from robust_ik.inverses.task_equation import TaskEquation
+from robust_ik.kernels.control.control_layout import RISING, SOFT
 from tests import closed_loop
 from tests.cases_resolvers import LIMITERS, named_box, random_matrix
 from tests.conftest import moved_start
@@ -234,12 +235,29 @@ def test_a_limiter_that_stops_a_level_lets_it_go_on_slowly_and_is_itself_where_n
     run = rik.TaskPriority(limiter=rik.Scaling()).begin(0.1)
     assert run.resolve(at(9.0)).scale == [1]
     assert run.resolve(at(0.0)).scale[0] < 1e-9
-    shares = [run.resolve(at(9.0)).scale[0] for _ in range(6)]
-    np.testing.assert_allclose(shares[:4], 0.1 * RISE * np.arange(1, 5), atol=1e-9)  # of a speed of 1 rad/s
-    assert shares[5] == 1
+    shares = [run.resolve(at(9.0)).scale[0] for _ in range(20)]
+    wanted = [0.0]
+    while wanted[-1] < 1:
+        wanted.append(min(wanted[-1] + 0.1 * min(RISE, wanted[-1] / RISING + SOFT), 1.0))
+    np.testing.assert_allclose(shares[: len(wanted) - 1], wanted[1:], atol=1e-9)  # of a speed of 1 rad/s
+    assert len(wanted) < 15
+    assert shares[-1] == 1
     alone = rik.TaskPriority(limiter=rik.Scaling())
     alone.resolve(at(0.0))
     assert alone.resolve(at(9.0)).scale == [1]
+
+
+@pytest.mark.parametrize("limiter", [each for each in LIMITERS if each.stops], ids=repr)
+@pytest.mark.parametrize("dt", closed_loop.STEPS)
+@pytest.mark.parametrize("crawl", [0.0, 1e-5])
+def test_a_level_whose_own_motion_stops_it_again_and_again_rests(limiter, dt, crawl):
+    """A joint is at its end in every step but one of a few, as the steps in which the level goes on bring it there."""
+    run = rik.TaskPriority(rik.MoorePenrose(), limiter).begin(dt)
+    wish = TaskEquation(np.eye(2), np.ones(2), np.zeros(2))
+    for pause in (1, 2, 5, 30):
+        rooms = [9.0 if i % (pause + 1) == pause else crawl for i in range(300)]
+        given = [run.resolve(VelocityProblem((wish,), named_box([-9, -9], [room, 9.0]))).qdot for room in rooms]
+        assert np.abs(given[100:]).max() < closed_loop.REST * (1 + 1e-3)  # TURN lets the other joint creep
 
 
 # ---------------------------------------------------------------------------------------------- steady motion

@@ -11,7 +11,7 @@ import pytest
 import robust_ik as rik
 from robust_ik.control.calming import FAST, PEAK, Calming
 from robust_ik.control.scaled_levels import Units
-from robust_ik.kernels.control.control_layout import AWAY, LEAST_SHARE, LESS, LESS_AGAIN, REVERSALS, SHAKES
+from robust_ik.kernels.control.control_layout import AWAY, LEAST_SHARE, LESS, LESS_AGAIN, REVERSALS, SHAKES, SMALL
 from tests import closed_loop
 from tests.cases_resolvers import RESOLVERS
 from tests.conftest import moved_start
@@ -214,6 +214,57 @@ def test_joints_that_turn_back_slowly_do_not_count():
     for i in range(1000):  # fast, but twice a second
         noting.watch(np.array([1.0 if i // 50 % 2 else -1.0]), 0.01)
     assert noting.share == 1
+
+
+@pytest.mark.parametrize("period", [1.9, 5.0, 10.0, 20.0])
+def test_a_swing_of_any_period_on_the_way_to_one_target_is_calmed(period):
+    """However slow, it would never end; what follows a target that moves as slowly is left alone."""
+    robot, dt = rik.load("planar_2r"), 0.02
+    for moves in (False, True):
+        noting = Calming(np.full(2, 0.01), np.zeros(2))
+        for i in range(int(12 * period / dt)):
+            at = math.sin(2 * math.pi * dt * i / period)
+            noting.look_at(((rik.PostureTask(np.full(2, at if moves else 0.0)),),), robot, dt)
+            noting.watch(np.array([0.3 * at, 0.0]), dt)
+        assert (noting.share < 0.1) != moves
+
+
+@pytest.mark.parametrize("steps", [1, 2, 5, 50])
+def test_a_small_swing_that_neither_grows_nor_fades_is_calmed_and_what_noise_makes_is_not(steps, rng):
+    robot, peak = rik.load("planar_2r"), 0.01
+    noise = 0.15 * peak * rng.normal(size=6000)
+    swing = [0.15 * peak * (-1) ** (i // steps) for i in range(6000)]
+    fading = [peak * 0.98**i * (-1) ** i for i in range(6000)]
+    for qdot, calms in ((swing, True), (noise, False), (fading, False), (np.array(swing) * SMALL, False)):
+        noting = Calming(np.full(2, peak), np.zeros(2))
+        for each in qdot:
+            noting.look_at(((rik.PostureTask(np.zeros(2)),),), robot, 0.01)
+            noting.watch(np.array([each, 0.0]), 0.01)
+        assert (noting.share < 1) == calms
+
+
+RESTLESS = [
+    ("ur5", "at limits", rik.TaskReconstruction(rik.Chiaverini(), rik.QuadraticProgram()), False, 0.02, "acceleration",
+     749886340),  # swings by 0.6 rad/s with a period of 1.9 s
+    ("xarm7", "out of reach",
+     rik.TaskPriority(rik.JParse(0.01), rik.QuadraticProgram(keep_direction=True), steady=True), True, 0.005,
+     "acceleration", 51922809),  # turns back in every step, at 0.002 rad/s
+    ("kinova_gen3", "out of reach", rik.TaskPriority(rik.Chiaverini(), rik.QuadraticProgram(keep_direction=True)), True,
+     0.001, "joints", 921908255),  # starts and is stopped
+    ("baxter", "out of reach", rik.DecoupledPriority(rik.JParse(), rik.QuadraticProgram(keep_direction=True)), True,
+     0.005, "joints", 645446404),  # the same
+    ("baxter", "out of reach",
+     rik.DecoupledPriority(rik.JParse(), rik.QuadraticProgram(keep_direction=True), steady=True), True, 0.01,
+     "acceleration", 219767877),  # the same
+]  # fmt: skip
+"""Motions that once never came to rest, found by `tests.soak`."""
+
+
+@pytest.mark.parametrize(("arm", "kind", "resolver", "posture", "dt", "limits", "seed"), RESTLESS)
+def test_motions_that_went_on_for_ever_come_to_rest(arm, kind, resolver, posture, dt, limits, seed):
+    each = closed_loop.Draw(arm, kind, resolver, posture, dt, False, limits, seed)
+    ending = closed_loop.run(each, seconds=300.0, steps=10**6)
+    assert ending.speed < closed_loop.REST
 
 
 def test_peaks_follow_the_limits_in_the_units_of_the_controller():

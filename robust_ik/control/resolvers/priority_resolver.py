@@ -120,7 +120,7 @@ class PriorityResolver(InverseResolver):
             if self.steady:
                 motion = steadied(motion, reduced[-1], settled.missing, problem.dt)
             stride = problem.dt * length(settled.missing)
-            wish = Wish(qdot, motion, reduced[-1], freedom, bounds, stride)
+            wish = Wish(qdot, motion, reduced[-1], freedom, bounds, stride, problem.dt)
             change, scale = self._limiter_of(index).limit(wish)
             qdot = np.clip(qdot + change, bounds.lower, bounds.upper)
             scales.append(scale)

@@ -31,6 +31,11 @@ AXES = ("world axes", "target")
 class FrameTask(Task):
     """Bring a frame to a target pose: ẋ = feedforward + gain · cap(error).
 
+    Caps are on what is asked for. The arm's twist as a whole, rows in their units, is no longer than what is asked for,
+    but near singularities and at limits its linear part alone may be faster than gain · max_linear while the tool turns
+    more slowly. Within acceleration limits joints cannot slow down at once, and the whole twist may be longer, too, for
+    a moment; `Reach` keeps both caps there on its way round.
+
     To leave the rotation about the tool's z free, for an arm of five joints or a round tool:
     `FrameTask(target, rows=("x", "y", "z", "wx", "wy"), reference="target")`.
 

@@ -37,6 +37,7 @@ class Wish:
         freedom: The motions that higher levels leave free.
         bounds: The bounds.
         stride: Δt ‖ẋ‖: how far the level wants to go in this step, in the units of its rows; 0 if unknown.
+        dt: Length of this step, s; 0 if unknown.
     """
 
     qdot: Array
@@ -45,6 +46,7 @@ class Wish:
     freedom: Freedom
     bounds: Bounds
     stride: float = 0.0
+    dt: float = 0.0
 
     @property
     def cost(self) -> MotionCost:

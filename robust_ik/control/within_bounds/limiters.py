@@ -16,9 +16,10 @@ from robust_ik.checks import Array
 from robust_ik.checks.public_arguments import check_type
 from robust_ik.control.within_bounds.bounded_qp import check_backend, share_of
 from robust_ik.control.within_bounds.level_fit import Wish, keeping_direction, nearest, slowed, within_speeds
+from robust_ik.kernels.control.control_layout import RISING, SOFT
 
 RISE = 2.0
-"""How fast the joint speed of a level that was stopped grows again, rad/s² or m/s².
+"""How fast the joint speed of a level that was stopped grows again at the most, rad/s² or m/s².
 
 In a step of 20 ms it changes a speed by 0.04 rad/s, within 20 times what a measurement noise of 1e-4 rad makes of a
 joint that is held by its own gain of 20/s.
@@ -143,16 +144,19 @@ class Eased(Limiter):
     """Another limiter's motion, with a share that rises slowly after limits have lowered it.
 
     A limiter that keeps the direction lets a joint at its end stop all others as soon as it is asked to go on by any
-    small amount. Measurement noise then does so every few steps, and the arm would start and stop for ever.
+    small amount. Measurement noise then does so every few steps, and the arm would start and stop for ever. So may its
+    own motion: what it goes on in one step may bring the joint to its end again. Therefore it starts softly.
 
     Attributes:
         limiter: The other one.
+        dt: Length of the first step, s.
         speed: The largest joint speed that it gave last, if limits have slowed it then; else infinite.
-        rise: How much that may grow in a step.
+        rise: How much that may grow in a step at the most.
     """
 
     def __init__(self, limiter: Limiter, dt: float) -> None:
         self.limiter = limiter
+        self.dt = dt
         self.speed = math.inf
         self.rise = RISE * dt
 
@@ -160,8 +164,9 @@ class Eased(Limiter):
         """See `Limiter.limit`."""
         change, share = self.limiter.limit(wish)
         largest = float(np.abs(wish.motion).max(initial=0.0))
-        if share * largest > self.speed + self.rise:
-            slower = (self.speed + self.rise) / (share * largest)
+        most = self.speed + min(self.rise, (wish.dt or self.dt) * (self.speed / RISING + SOFT))
+        if share * largest > most:
+            slower = most / (share * largest)
             change, share = change * slower, share * slower
         self.speed = math.inf if share == 1 else share * largest
         return change, share

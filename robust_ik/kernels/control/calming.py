@@ -11,15 +11,20 @@ from robust_ik.kernels.control import control_layout as slots
 from robust_ik.kernels.control.control_layout import (
     AGAIN,
     AWAY,
+    EVEN,
     FORGETTING,
     GROWTH,
+    IN_A_ROW,
     KICK,
     LEAST_SHARE,
     LESS,
     LESS_AGAIN,
+    PATIENCE,
     QUIET,
+    QUIET_MOST,
     QUIET_STILL,
     SHAKES,
+    SMALL,
     STILL,
 )
 
@@ -39,15 +44,18 @@ def calm(program: Pointer, desk: Pointer) -> None:
     peaks, memory = further(program, int(program[slots.TURNING])), further(desk, int(program[slots.CALM]))
     extremes, counts = further(memory, slots.CALMING), further(memory, slots.CALMING + n)
     before, way = further(memory, slots.CALMING + 2 * n), further(memory, slots.CALMING + 3 * n)
-    last, still = further(memory, slots.CALMING + 4 * n), memory[slots.CALM_STILL] > STILL
-    share, quiet = memory[slots.CALM_SHARE], QUIET_STILL if still else QUIET
+    last, earlier = further(memory, slots.CALMING + 4 * n), further(memory, slots.CALMING + 5 * n)
+    since, share = memory[slots.CALM_STILL], memory[slots.CALM_SHARE]
+    still = since > STILL
+    quiet = max(QUIET_STILL, min(QUIET_MOST, since / PATIENCE)) if still else QUIET
     enough, shakes, most, gone = SHAKES if share == 1.0 else AGAIN, False, 0.0, 0.0
     for i in range(n):
         speed, extreme = math.fabs(qdot[i]), math.fabs(extremes[i])
         if counts[i] > 0.0:
             counts[i] /= 1.0 + dt / (quiet + peaks[n + i] * before[i])
         if qdot[i] * extremes[i] < 0.0:
-            if extreme >= peaks[i]:
+            small = even_turn(earlier, i, n, extremes[i])
+            if extreme >= (SMALL * peaks[i] if still and small else peaks[i]):
                 kicks = still and math.fabs(qdot[i] - last[i]) >= KICK * peaks[i]
                 counts[i] += SHAKES if kicks else 1.0
                 before[i] = extreme
@@ -69,3 +77,13 @@ def calm(program: Pointer, desk: Pointer) -> None:
         growth = dt / GROWTH if memory[slots.CALM_FREE] > 0.0 else further_away / AWAY
         memory[slots.CALM_SHARE] = min(1.0, share + share * growth)
         memory[slots.CALM_GONE] += further_away
+
+
+@called
+def even_turn(earlier: Pointer, i: int, n: int, extreme: float) -> bool:
+    """Notes the largest velocity before joint i turned back; whether it has turned back evenly for long."""
+    before = earlier[n + i]
+    earlier[n + i], earlier[i] = earlier[i], extreme
+    even = math.fabs(extreme - before) <= EVEN * math.fabs(extreme)
+    earlier[2 * n + i] = earlier[2 * n + i] + 1.0 if even else 0.0
+    return bool(earlier[2 * n + i] >= IN_A_ROW)

@@ -68,9 +68,10 @@ one that is on the desk."""
 CALM_TASKS, CALM_STILL, CALM_FREE, CALM_GONE = 2, 3, 4, 5
 """A sum of the tasks' numbers, 0 if unknown, the time since it has last changed, s, whether it has since joints last
 shook; and how far the joint that is farthest from there has got."""
-CALMING, REMEMBERED = 6, 5
+CALMING, REMEMBERED = 6, 8
 """Then n numbers each: the largest velocity since a joint has last turned back, how often it has, the speed before it
-did, its way since joints last shook, and its last velocity."""
+did, its way since joints last shook, its last velocity, the largest ones before it has last turned back and before it
+did so the time before, and how often in a row it has turned back evenly."""
 SHAKES, AGAIN, FORGETTING = 4.0, 2.0, 1.0
 """A joint shakes that has turned back so many times, or so many times while the share is below 1; the share grows while
 all counts are below FORGETTING. Chosen: motions that curve, stop and correct themselves turn back once or twice.
@@ -81,9 +82,24 @@ for so many changes from rest to the speed before, as fast as acceleration limit
 turning back seven times a second, twice a second on its way to one target, or each time as fast as it can, shakes; one
 that is waved to and fro twice a second does not.
 """
+PATIENCE, QUIET_MOST = 4.0, 60.0
+"""For tasks that have wanted the same for long, counts fade in that time over PATIENCE, at most in QUIET_MOST, s.
+Chosen: what swings with a period of 20 s is at last counted, and motions that arrive within eight seconds are not
+calmed any sooner. With more patience an arm swings for longer; with counts that never fade, noise would add up.
+"""
+EVEN, IN_A_ROW, SMALL = 0.01, 8.0, 0.02
+"""A joint turns back evenly if the largest velocity before is the same as two turns earlier, to that part; if it did so
+so many times in a row, speeds above that part of the one that counts do count. Chosen: noise does not make it in ages,
+a swing that neither grows nor fades always does, and what is left of it is below 1e-3 rad/s.
+"""
 KICK = 40.0
 """A joint that turns back in one step by so many times the speed that counts shakes at once, if its tasks have wanted
 the same for STILL. Chosen: by a fifth of its speed limit; near its target nothing is that sudden but a kick."""
+SOFT, RISING = 0.04, 0.05
+"""The joint speed of a level that was stopped rises from rest by SOFT, rad/s², and faster as it grows, e-fold in
+RISING, s; see `limiters.RISE`. Chosen: an arm that starts in a step of 20 ms and is stopped again is slower than 1e-3
+rad/s, and after 0.2 s it speeds up as fast as it may.
+"""
 LESS, LESS_AGAIN, LEAST_SHARE = 0.8, 0.5, 1e-8
 """Factors of the share each time that a joint shakes, while it is 1 and below, and the smallest share. Chosen: across a
 singularity, where it is a step function, the exact inverse shakes as the root of the share."""

@@ -117,7 +117,8 @@ def ease(program: Pointer, desk: Pointer, level: int, motion: Pointer, change: P
     largest, share = 0.0, found[slots.SHARE]
     for c in range(n):
         largest = max(largest, abs(motion[c]))
-    most = speeds[level] + program[slots.RISE]
+    soft = program[slots.DT] * (speeds[level] / slots.RISING + slots.SOFT)
+    most = speeds[level] + min(program[slots.RISE], soft)
     slower = where(share * largest > most, most / (share * largest), 1.0)
     for c in range(n):
         change[c] *= slower
