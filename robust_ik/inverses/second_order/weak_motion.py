@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robust_ik.checks import Array
-from robust_ik.inverses.second_order.weak_rows import WeakRows
+from robust_ik.inverses.second_order.weak_rows import WeakRows, combined
 
 FLOOR = 1.5e-3
 """λ of the weak rows, relative to σ₁: noise of the command moves joints by at most 1/(2 λ) of it."""
@@ -55,7 +55,7 @@ class Quartic:
 
     def residual(self, z: Array) -> Array:
         """C − Dz − τ/2 K[z, z], (k,)."""
-        return np.asarray(self.c - self.D @ z - 0.5 * (self.K @ z) @ z)
+        return np.asarray(self.c - (self.D + 0.5 * (self.K @ z)) @ z)
 
     def value(self, z: Array) -> float:
         """f(z)."""
@@ -65,8 +65,7 @@ class Quartic:
     @property
     def at_rest(self) -> Array:
         """The second derivative of f at z = 0, (p, p)."""
-        B = self.D.T @ self.D - np.tensordot(self.c, self.K, 1)
-        return np.asarray(B + np.diag(self.mu))
+        return np.asarray(self.D.T @ self.D - combined(self.c, self.K) + np.diag(self.mu))
 
     def damped(self) -> Array:
         """The minimum without curvature, (p,)."""
@@ -75,13 +74,14 @@ class Quartic:
     def descended(self, z: Array) -> Array:
         """A minimum of f near z, (p,): Newton's method with |eigenvalues|, damped until f falls."""
         least, damping, value = 0.5 * float(self.mu.min()) + 1e-12, 0.0, self.value(z)
+        enough, diagonal = 1e-8 * (float(np.sqrt(self.c @ self.c)) + 1e-12), np.diag(self.mu)
         for _ in range(ROUNDS):
-            slope, r = self.D + self.K @ z, self.residual(z)
-            gradient = self.mu * z - slope.T @ r
-            if np.abs(gradient).max() < 1e-8 * (np.linalg.norm(self.c) + 1e-12):
+            bent = self.K @ z
+            slope, r = self.D + bent, self.c - (self.D + 0.5 * bent) @ z
+            gradient = self.mu * z - r @ slope
+            if np.abs(gradient).max() < enough:
                 break
-            B = slope.T @ slope - np.tensordot(r, self.K, 1) + np.diag(self.mu)
-            values, vectors = np.linalg.eigh(B)
+            values, vectors = np.linalg.eigh(slope.T @ slope - combined(r, self.K) + diagonal)
             values, slant = np.maximum(np.abs(values), least), vectors.T @ gradient
             for _ in range(TRIES):
                 further = z - vectors @ (slant / (values + damping))

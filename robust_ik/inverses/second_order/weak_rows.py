@@ -57,7 +57,13 @@ class WeakRows:
     @property
     def pull(self) -> Array:
         """C = Σ cᵢKᵢ, (p, p): along its positive eigenvectors curvature leads where the command wants to go."""
-        return np.asarray(np.tensordot(self.command, self.bend, 1))
+        return combined(self.command, self.bend)
+
+
+def combined(weights: Array, matrices: Array) -> Array:
+    """Σ wᵢMᵢ: (k,), (k, a, b) → (a, b)."""
+    k, a, b = matrices.shape
+    return np.asarray((weights @ matrices.reshape(k, a * b)).reshape(a, b))
 
 
 def fade(fraction: Array) -> Array:
@@ -87,7 +93,8 @@ def weak_rows(J: Array, xdot: Array, hessian: Array, gamma: float, *, faded: boo
     kept = V @ (asked[:r] / s[:r])
     fades = fade(s[r:] / gamma) if faded else np.ones(len(s) - r)
     reach = np.concatenate([fades, np.full(Z.shape[1] - len(fades), fades.max(initial=0.0))])
-    forms = np.tensordot(U.T, hessian, 1) / largest
+    m, n = J.shape
+    forms = (U.T @ hessian.reshape(m, n * n)).reshape(-1, n, n) / largest
     forms = 0.5 * (forms + np.swapaxes(forms, 1, 2))
     along = forms @ Z
     bend = (Z.T @ along) * (reach[:, None] * reach) * fades[:, None, None]
@@ -95,5 +102,5 @@ def weak_rows(J: Array, xdot: Array, hessian: Array, gamma: float, *, faded: boo
     command = asked[r : len(s)]
     size = np.linalg.norm(command)
     lost = command / size if size > 0 else command
-    turning = np.tensordot(lost, V.T @ along, 1) / s[:r, None]
+    turning = V.T @ combined(lost, along) / s[:r, None]
     return WeakRows(s[r:], U, float(largest), command, fades, Z, kept, bend, cross, turning)
