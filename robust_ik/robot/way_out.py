@@ -6,12 +6,15 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from robust_ik.checks import Array, readonly
 from robust_ik.inverses.second_order import Exit, exit_verdict, weak_rows
 from robust_ik.kinematics.svd import whole_svd
+from robust_ik.kinematics.twist_rows import ROWS
 
+VANISHED = 1e-6
+"""σ₁ of some rows below this fraction of σ₁ of all six counts as if it had vanished."""
 LOST = 1e-9
 """Share of a command that counts as lost: what rounding leaves."""
 SINGULAR = 0.01
@@ -39,6 +42,10 @@ class Moving(Protocol):
     def joint_names(self) -> tuple[str, ...]:
         """Of the n joints."""
 
+    @property
+    def sliding(self) -> NDArray[np.bool_]:
+        """Which joints slide, (n,)."""
+
     def jacobian(self, q: ArrayLike, frame: str | None = None, *, rows: tuple[str, ...]) -> Array:
         """J, (m, n)."""
 
@@ -58,10 +65,11 @@ class WayOut:
         lost: The direction of the command that is lost, (m,), of length 1 in rows divided by the length scale; zero if
             none is.
         share: Its share of the command, 0 to 1, by the same measure.
-        motion: The joint motion that follows the command, or that turns first, of length 1, (n,), rad or m.
-        curvature: By how much the tool moves along what is lost: κ s²/2 for s of `motion`, in units of rows per rad².
-        turn: How far the fastest joint must turn along `motion` until half of the command can be followed, rad;
-            infinite if a half turn to either side is not enough, 0 where nothing need turn.
+        motion: The joint motion that follows the command, or that turns first, (n,), rad or m: of length 1 with slides
+            divided by the length scale.
+        curvature: By how much the tool moves along what is lost: κ s²/2 for s of `motion`, in units of `lost` per rad².
+        turn: How far the fastest joint must turn along `motion` until half of what is lost can be followed, rad, slides
+            divided by the length scale; infinite if half a turn to either side is too little, 0 where none is needed.
         joint_names: Of the n joints.
     """
 
@@ -116,25 +124,31 @@ def way_out(
         threshold: σ/σ₁ up to which a direction counts as lost.
     """
     looked = _Looked(robot, frame, rows, threshold)
-    command = twist * looked.weights
-    asked = float(np.linalg.norm(command))
-    if asked == 0 or not looked.jacobian(q).any():
-        return looked.nothing(Exit.FREE if asked == 0 else Exit.STRUCTURAL)
-    weak = weak_rows(looked.jacobian(q), command, looked.hessian(q), threshold, faded=False)
-    size = float(np.linalg.norm(weak.command)) * weak.largest
-    if size <= LOST * asked:
+    command = looked.weights * twist
+    largest = float(np.abs(command).max())
+    if largest == 0:
         return looked.nothing(Exit.FREE)
+    command = command / largest / np.linalg.norm(command / largest)
+    J, least = looked.jacobian(q), looked.least(q)
+    if least == 0:  # no joint moves the frame
+        return looked.nothing(Exit.STRUCTURAL, command)
+    weak = weak_rows(J, command, looked.hessian(q), threshold, least=least, faded=False)
+    beside = command - weak.span @ (weak.span.T @ command)  # an arm of fewer joints than rows never moves that way
+    lost = weak.directions @ weak.command * weak.largest
+    size, never = float(np.linalg.norm(lost)), float(np.linalg.norm(beside))
+    if size <= LOST:
+        return looked.nothing(Exit.FREE) if never <= LOST else looked.nothing(Exit.STRUCTURAL, beside)
     found = exit_verdict(weak)
-    lost = weak.directions @ weak.command * (weak.largest / size)
-    side, turn = looked.turned(q, lost, found.motion) if found.exit is Exit.TURN_FIRST else (1.0, 0.0)
+    side, turn = looked.turned(q, lost / size, found.motion) if found.exit is Exit.TURN_FIRST else (1.0, 0.0)
     bent = {Exit.FOLD: found.curvature, Exit.BOTH_WAYS: found.curvature, Exit.END_OF_REACH: found.opposite}
-    curvature = bent.get(found.exit, 0.0) * weak.largest
-    return WayOut(found.exit, lost, size / asked, side * found.motion, curvature, turn, robot.joint_names)
+    curvature, share = bent.get(found.exit, 0.0) * weak.largest, min(1.0, float(np.hypot(size, never)))
+    motion = side * looked.units * found.motion
+    return WayOut(found.exit, lost / size, share, motion, curvature, turn, robot.joint_names)
 
 
 @dataclass(frozen=True, eq=False)
 class _Looked:
-    """A robot, as the way out looks at it: rows in metres are divided by its length scale."""
+    """A robot, as the way out looks at it: rows in metres, and joints that slide, are divided by its length scale."""
 
     robot: Moving
     frame: str | None
@@ -143,17 +157,31 @@ class _Looked:
 
     @property
     def weights(self) -> Array:
-        return np.array([1 / self.robot.length_scale if row in ("x", "y", "z") else 1.0 for row in self.rows])
+        return self._weights(self.rows)
 
-    def jacobian(self, q: Array) -> Array:
-        return self.weights[:, None] * self.robot.jacobian(q, self.frame, rows=self.rows)
+    @property
+    def units(self) -> Array:
+        return np.where(self.robot.sliding, self.robot.length_scale, 1.0)
+
+    def _weights(self, rows: tuple[str, ...]) -> Array:
+        return np.array([1 / self.robot.length_scale if row in ("x", "y", "z") else 1.0 for row in rows])
+
+    def jacobian(self, q: Array, rows: tuple[str, ...] | None = None) -> Array:
+        rows = rows or self.rows
+        return self._weights(rows)[:, None] * self.robot.jacobian(q, self.frame, rows=rows) * self.units
 
     def hessian(self, q: Array) -> Array:
-        return self.weights[:, None, None] * self.robot.hessian(q, self.frame, rows=self.rows)
+        units = self.units[:, None] * self.units
+        return self.weights[:, None, None] * self.robot.hessian(q, self.frame, rows=self.rows) * units
 
-    def nothing(self, kind: Exit) -> WayOut:
-        m, n = len(self.rows), self.robot.n
-        return WayOut(kind, np.zeros(m), 0.0, np.zeros(n), 0.0, 0.0, self.robot.joint_names)
+    def least(self, q: Array) -> float:
+        """What σ of some rows is compared with if all of them vanish together."""
+        return VANISHED * float(whole_svd(self.jacobian(q, ROWS)).s[0])
+
+    def nothing(self, kind: Exit, lost: Array | None = None) -> WayOut:
+        share = 0.0 if lost is None else float(np.linalg.norm(lost))
+        along = np.zeros(len(self.rows)) if lost is None else lost / share
+        return WayOut(kind, along, min(1.0, share), np.zeros(self.robot.n), 0.0, 0.0, self.robot.joint_names)
 
     def turned(self, q: Array, lost: Array, motion: Array) -> tuple[float, float]:
         """To which side a turn is shorter, ±1, and how far it must go, rad; infinite if none goes far enough."""
@@ -162,9 +190,9 @@ class _Looked:
 
     def _angle(self, q: Array, lost: Array, motion: Array) -> float:
         for step in range(1, int(FURTHEST / STEP) + 1):
-            q = self.robot.integrate(q, STEP / np.abs(motion).max() * motion)
+            q = self.robot.integrate(q, STEP / np.abs(motion).max() * self.units * motion)
             found = whole_svd(self.jacobian(q))
-            s = found.s / found.s[0]
+            s = found.s / max(float(found.s[0]), self.least(q))
             if np.linalg.norm(found.U[:, : len(s)][:, s >= USABLE].T @ lost) >= SERVED:
                 return step * STEP
             kernel = found.Vt[int(np.sum(s > self.threshold)) :]

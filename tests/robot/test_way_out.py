@@ -77,6 +77,40 @@ def test_the_size_of_an_arm_changes_no_verdict(size):
             np.testing.assert_allclose(second.motion, first.motion, atol=1e-9)
 
 
+@pytest.mark.parametrize("size", [1e-3, 1e3])
+def test_the_size_of_an_arm_with_a_slide_changes_no_verdict(size):
+    def polar(length):
+        half = np.pi / 2
+        joints = [rik.DHJoint(a=0.0, d=0.4 * length, alpha=half), rik.DHJoint(a=0.3 * length, d=0.0, alpha=half)]
+        slide = rik.DHJoint(a=0.0, d=0.5 * length, alpha=0.0, kind="prismatic", lower=-length, upper=length)
+        return rik.Robot.from_dh(rik.DHTable((*joints, slide), "standard", name="polar", rows=("x", "y", "z")))
+
+    first, second = polar(1.0), polar(size)
+    unit = second.length_scale / first.length_scale
+    assert 0.3 * size < unit < 3 * size
+    for values in ([0.3, np.pi / 2, 0.0], [0.3, 0.2, 0.1], [0.2, 0.7, -0.3], [0.2, 0.0, -0.5]):
+        for twist in np.eye(3), -np.eye(3):
+            for along in twist:
+                here = first.way_out(first.configuration(values), along)
+                there = second.way_out(second.configuration(values * np.array([1, 1, size])), along)
+                assert here.exit is there.exit
+
+
+def test_commands_that_no_joint_gives_are_structural_with_their_share():
+    robot = rik.load("planar_3r")
+    q = robot.configuration([0.4, 0.7, -0.9])
+    six = ("x", "y", "z", "wx", "wy", "wz")
+    way = robot.way_out(q, np.array([0, 1.0, 0, 0, 0, 0]), rows=six)
+    assert way.exit is rik.Exit.STRUCTURAL
+    assert way.share == pytest.approx(1)
+    assert robot.way_out(q, [1.0], rows=("y",)).exit is rik.Exit.STRUCTURAL  # J is rounding there
+    straight = robot.configuration([0.0, 0.0, 0.0])
+    ends = {robot.way_out(straight, [side], rows=("x",)).exit for side in (1.0, -1.0)}
+    assert ends == {rik.Exit.FOLD, rik.Exit.END_OF_REACH}
+    tiny = 1e-200 * svd(robot.jacobian(straight)).U[:, -1]
+    assert robot.way_out(straight, tiny).exit is robot.way_out(straight, 1e200 * tiny).exit is not rik.Exit.FREE
+
+
 def planar(length):
     joints = tuple(rik.DHJoint(a=length * a, d=0.0, alpha=0.0) for a in (0.5, 0.4, 0.3))
     return rik.DHTable(joints, "standard", name="planar", rows=("x", "y"))

@@ -16,8 +16,10 @@ from robust_ik.checks import Array
 from robust_ik.inverses.second_order.turning import LEAST_TURN
 from robust_ik.inverses.second_order.weak_rows import WeakRows
 
-BENT = 1e-4
-"""|κ| relative to σ₁, 1/rad, up to which there is no curvature: what 1e-4 of σ makes of an exact zero."""
+BENT = 1e-3
+"""|κ| relative to σ₁, 1/rad, up to which there is no curvature worth a name. A motion of 1 rad would move the tool by
+half of it.
+"""
 
 
 class Exit(Enum):

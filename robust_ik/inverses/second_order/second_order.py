@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike
 from robust_ik.checks import Array, as_array, as_measures, check_leading_axes, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card, RobustInverse
-from robust_ik.inverses.second_order.turning import Turn
+from robust_ik.inverses.second_order.turning import Turn, unserved
 from robust_ik.inverses.second_order.weak_motion import FLOOR, quartic, weak_motion
 from robust_ik.inverses.second_order.weak_rows import fade, weak_rows
 from robust_ik.inverses.task_equation import TaskEquation
-from robust_ik.kinematics.svd import svd
+from robust_ik.kinematics.svd import SMALLEST_SIGMA, svd
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class SecondOrder(RobustInverse):
 
     Watch for: joint limits are the resolver's, not of this inverse; `speed` and `acceleration` say how it plans. It
     uses the acceleration that it is given: give what you want to see, not what the drive can do. The gain of the task,
-    1/s, times `horizon` should not be above 1.
+    1/s, times `horizon` should not be above 1. γ is relative: a task of one row is never weak, whatever its σ.
 
     Attributes:
         gamma: γ, the threshold relative to σ₁, below 1.
@@ -49,10 +49,10 @@ class SecondOrder(RobustInverse):
     source: ClassVar[str] = "this project; after Bedrossian 1990, Seng-O'Neil-Chen 1995"
     card: ClassVar[Card] = Card(
         formula="1/σ where σ ≥ γσ₁; below, least ‖σz + τGz + τ/2 K[z, z] − c‖² + zᵀμz",
-        largest_gain="none; the weak part stays near `speed`",
+        largest_gain="none; the weak part stays below 2 `speed`",
         gain_at_zero="0 along σ, √(2c/(κτ)) along the curvature",
         exact="σ ≥ γσ₁",
-        continuity="continuous, but for the choice of a side at a symmetric point",
+        continuity="continuous, but for the choice between two ways to serve what is lost",
     )
     gamma: float = 0.08
     speed: float = 2.0
@@ -118,7 +118,7 @@ class SecondOrder(RobustInverse):
 
     def begin(self, dt: float) -> RobustInverse:
         """An inverse that keeps the last velocity and the turn from step to step, dt seconds apart."""
-        return _SecondOrderRun(self, dt)
+        return _SecondOrderRun(self, checked_parameter("dt", dt, least=0))
 
 
 class _SecondOrderRun(RobustInverse):
@@ -151,19 +151,20 @@ class _SecondOrderRun(RobustInverse):
         m, n = J.shape
         H = as_array(equation.hessian, "hessian", (m, n, n))
         xdot = as_measures(equation.xdot, "xdot", (m,))
-        last = self._last if self._last is not None and self._last.shape == (n,) else np.zeros(n)
-        self._last = self._next(J, xdot, H, last) if J.any() else np.zeros(n)
+        if self._last is None or self._last.shape != (n,):  # a level may be given a joint more
+            self._last, self._turn = np.zeros(n), Turn()
+        self._last = self._next(J, xdot, H, self._last) if np.abs(J).max() >= SMALLEST_SIGMA else np.zeros(n)
         return self._last
 
     def _next(self, J: Array, xdot: Array, H: Array, last: Array) -> Array:
         own = self.inverse
         rows = weak_rows(J, xdot, H, own.gamma)
         if rows.sigma.size == 0 or rows.speed == 0:
-            self._turn = Turn()
+            self._turn = self._turn.after(xdot, 0.0, 0.0, self.dt)
             return rows.kept
         f = quartic(rows, own.speed, own.acceleration, own.horizon, self.dt)
-        z = weak_motion(f, last, rows.kernel, rows.speed, own.speed)
-        turn = self._turn.after(rows, f, z, self.dt)
+        z = weak_motion(f, rows, last, own.speed)
+        turn = self._turn.after(xdot, unserved(rows, f, z), f.curvature, self.dt)
         z, self._turn = turn.added(rows, f, z, own.turn * own.speed, self.dt)
         return np.asarray(rows.kept + rows.kernel @ z)
 

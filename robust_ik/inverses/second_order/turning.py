@@ -11,13 +11,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robust_ik.checks import Array
-from robust_ik.inverses.second_order.weak_motion import Quartic, chosen_side
+from robust_ik.inverses.second_order.weak_motion import FLAT, Quartic, chosen_side
 from robust_ik.inverses.second_order.weak_rows import WeakRows
 
-FLAT = 0.01
-"""κ, 1/rad relative to σ₁, below which there is no curvature."""
-DEAD = 0.01
-"""Commands of weak rows below this, rad/s, do not make the arm turn."""
+DEAD, BRISK = 0.01, 0.1
+"""Commands of weak rows below the first, rad/s, do not make the arm turn; from the second on it turns at full speed."""
 UNSERVED, SERVED = 0.8, 0.5
 """Shares of the command left over: above the first the arm turns, below the second it does not."""
 LEAST_TURN = 0.005
@@ -30,64 +28,88 @@ is found after a quarter turn.
 """
 
 
+EASE = 0.3
+"""Rad over which a turn slows down where it changes sides or ends."""
+SLOWEST = 0.2
+"""A turn counts as at least so much of its full speed, so that slowing down does not stop it short of its end."""
+AGAINST = 0.1
+"""Share of the command by which a turn may move the tool the other way."""
+OTHER = 0.7
+"""Cosine between two commands below which the second is another one: what was tried for the first does not count."""
+SETTLED = 1.0
+"""Seconds of progress after which everything may be tried again."""
+
+
 @dataclass(frozen=True, eq=False)
 class Turn:
     """What is remembered of a turn.
 
     Attributes:
         waited: Seconds without progress.
+        progressed: Seconds with it.
         turned: Rad that the turn has led, to either side.
-        way: The joint motion of the turn, (n,); None if there is none.
+        way: The joint motion of the turn, (n,); None before it begins.
+        asked: The direction of ẋ that it is for, (m,); None before the first.
     """
 
     waited: float = 0.0
+    progressed: float = 0.0
     turned: float = 0.0
     way: Array | None = None
+    asked: Array | None = None
 
     @property
     def gain(self) -> float:
-        """0 to 1: grows after some patience; 0 once both sides have been tried."""
-        if self.turned > 3 * HALF_TURN:  # there, back, and as far to the other side
-            return 0.0
-        return float(np.clip(self.waited / PATIENCE - 1, 0, 1))
+        """From 1 over 0 to −1 and 0: grows after some patience, changes sides once, ends."""
+        patience = float(np.clip(self.waited / PATIENCE - 1, 0, 1))
+        side = float(np.clip((HALF_TURN - self.turned) / EASE, -1, 1))
+        return patience * side * float(np.clip((3 * HALF_TURN - self.turned) / EASE, 0, 1))
 
-    @property
-    def back(self) -> bool:
-        """Whether it is the other side's turn."""
-        return self.turned > HALF_TURN
+    def after(self, xdot: Array, share: float, curvature: float, dt: float) -> Turn:
+        """The turn after a step: begun only without curvature, given up by progress or another command.
 
-    def after(self, rows: WeakRows, f: Quartic, z: Array, dt: float) -> Turn:
-        """The turn after a step with kernel motion z: begun only without curvature, ended by progress."""
-        if rows.speed <= DEAD:
-            return Turn()
-        idle = (self.way is not None or f.curvature < FLAT) and unserved(rows, f, z) > SERVED
-        waited = min(self.waited + dt, 2 * PATIENCE) if idle else max(0.0, self.waited - dt)
-        return replace(self, waited=waited) if waited > 0 else Turn()
+        Args:
+            xdot: ẋ, (m,).
+            share: Of the weak command, what the step leaves over; 0 where nothing is weak.
+            curvature: κ.
+            dt: s.
+        """
+        size = float(np.linalg.norm(xdot))
+        asked = xdot / size if size > 0 else self.asked
+        turn = self if self.asked is None or asked is None or asked @ self.asked > OTHER else Turn()
+        turn = replace(turn, asked=asked if turn.asked is None else turn.asked)
+        if share > SERVED and (turn.way is not None or curvature < FLAT):
+            return replace(turn, waited=min(turn.waited + dt, 2 * PATIENCE), progressed=0.0)
+        turn = replace(turn, waited=max(0.0, turn.waited - dt), progressed=turn.progressed + (share <= SERVED) * dt)
+        return Turn() if turn.progressed > SETTLED else turn
 
     def added(self, rows: WeakRows, f: Quartic, z: Array, speed: float, dt: float) -> tuple[Array, Turn]:
         """The kernel motion, (p,), with the turn, and what to remember; z itself where nothing is to be turned."""
-        share = self.gain * float(np.clip((unserved(rows, f, z) - SERVED) / (UNSERVED - SERVED), 0, 1))
-        share *= min(1.0, max(0.0, rows.speed / DEAD - 1)) * rows.fade
-        if share <= 0 or rows.turning.shape[0] == 0:
+        share = float(np.clip((unserved(rows, f, z) - SERVED) / (UNSERVED - SERVED), 0, 1)) * rows.fade
+        share *= float(np.clip((rows.speed - DEAD) / (BRISK - DEAD), 0, 1))
+        if share <= 0 or self.waited <= PATIENCE or rows.turning.shape[0] == 0:
             return z, self
         _, rates, directions = np.linalg.svd(rows.turning)
         share *= float(np.clip(rates[0] / LEAST_TURN - 1, 0, 1))
         if share <= 0:
             return z, self
-        d = directions[0]
-        motion = rows.kernel @ d
+        motion = rows.kernel @ directions[0]
         if self.way is None:
-            first = float(rows.command @ (rows.cross @ d)) / rows.speed
+            first = float(rows.command @ (rows.cross @ directions[0])) / rows.speed
             motion = motion * chosen_side(0.0, first * speed, motion, speed)
         elif self.way @ motion < 0:
             motion = -motion
-        way = -motion if self.back else motion
-        size = share * speed / float(np.abs(way).max())
-        kept = replace(self, way=motion, turned=self.turned + share * speed * dt)
-        missing = max(0.0, size - max(0.0, float(way @ (rows.kernel @ z))))
-        return z + missing * (rows.kernel.T @ way), kept
+        counted = max(abs(self.gain), SLOWEST) * share * speed * dt
+        kept = replace(self, way=motion, turned=self.turned + counted)
+        way = float(np.sign(self.gain)) * (rows.kernel.T @ motion)
+        size = share * abs(self.gain) * speed / float(np.abs(motion).max())
+        wrong = -float(rows.command @ (f.D @ way)) / max(float(np.linalg.norm(rows.command)), 1e-300)
+        if wrong > 0:
+            size = min(size, AGAINST * rows.speed / wrong)
+        return z + max(0.0, size - max(0.0, float(way @ z))) * way, kept
 
 
 def unserved(rows: WeakRows, f: Quartic, z: Array) -> float:
     """The share of the weak command that a kernel motion leaves over."""
-    return float(np.linalg.norm(f.residual(z))) / max(float(np.linalg.norm(rows.command)), 1e-300)
+    served = f.c - f.residual(z)
+    return float(np.linalg.norm(rows.command - served)) / max(float(np.linalg.norm(rows.command)), 1e-300)

@@ -24,7 +24,12 @@ STIFF = 1e-6
 ROUNDS, TRIES = 25, 6
 """Most Newton steps from a start, and dampings of each. Chosen: 6 are usual, the flattest minima took up to 20."""
 FARTHEST = 2.0
-"""No start is farther than this many times `speed`, so that few steps lead to the minimum."""
+"""The weak part of a motion is at most this many times as fast as `speed`."""
+FLAT, LITTLE = 0.01, 0.25
+"""κ, 1/rad relative to σ₁, below which the arm may turn instead; from LITTLE times that on curvature counts.
+
+There no more is asked of it than joints at `speed` can serve, or a command that is large would be damped to nothing.
+"""
 MOVING = 1e-3
 """A last velocity of more than this part of `speed` decides to which side a symmetric saddle is left."""
 HYSTERESIS = 0.05
@@ -40,7 +45,7 @@ class Quartic:
     Attributes:
         D: (k, p).
         K: τ times the curvature, (k, p, p).
-        c: (k,).
+        c: What is asked of it, (k,): the command, or as much of it as joints at `speed` can serve by curvature.
         mu: μ, (p,).
         look_ahead: τ, s.
         curvature: κ = max |eig C|/‖c‖, 1/rad.
@@ -69,7 +74,8 @@ class Quartic:
 
     def damped(self) -> Array:
         """The minimum without curvature, (p,)."""
-        return np.asarray(np.linalg.solve(self.D.T @ self.D + np.diag(self.mu), self.D.T @ self.c))
+        rows, wanted = np.vstack([self.D, np.diag(np.sqrt(self.mu))]), np.concatenate([self.c, np.zeros(len(self.mu))])
+        return np.asarray(np.linalg.lstsq(rows, wanted, rcond=None)[0])
 
     def descended(self, z: Array) -> Array:
         """A minimum of f near z, (p,): Newton's method with |eigenvalues|, damped until f falls."""
@@ -117,21 +123,25 @@ def quartic(rows: WeakRows, speed: float, acceleration: float, horizon: float, d
     tau = min(max(wanted, SHORTEST, STEPS * dt), horizon)
     D = tau * rows.cross
     D[np.arange(k), np.arange(k)] += rows.sigma
+    possible = float(np.linalg.norm(D, 2)) * speed + 0.5 * tau * curvature * speed**2
+    bent = float(np.clip((curvature / FLAT - LITTLE) / (1 - LITTLE), 0, 1))
+    cut = bent * max(0.0, 1 - possible / size)
+    size *= 1 - rows.fade * cut
     squared = FLOOR**2 + max(0.0, (size / (2 * speed)) ** 2 - BENT * size * curvature * tau)
     mu = squared * np.concatenate([rows.fades, np.full(p - k, max(rows.fade, LEAST_FADE))])
-    return Quartic(D, tau * rows.bend, rows.command, mu, tau, curvature)
+    return Quartic(D, tau * rows.bend, (1 - rows.fades * cut) * rows.command, mu, tau, curvature)
 
 
-def weak_motion(f: Quartic, last: Array, kernel: Array, size: float, speed: float) -> Array:
+def weak_motion(f: Quartic, rows: WeakRows, last: Array, speed: float) -> Array:
     """The z, (p,), with the least f; nearly equal minima are told apart by the last velocity.
 
     Args:
         f: The quartic.
+        rows: The weak rows that it was made from.
         last: The last joint velocities, (n,).
-        kernel: Z, (n, p).
-        size: ‖w c‖, rad/s.
-        speed: Joint speed limit, rad/s.
+        speed: Joint speed limit, rad/s: the faded part of z is at most FARTHEST times as fast.
     """
+    kernel, size = rows.kernel, float(np.linalg.norm(rows.fades * f.c)) + 1e-300
     before, start = kernel.T @ last, f.damped()
     start = start * min(1.0, FARTHEST * speed / max(float(np.linalg.norm(start)), 1e-300))
     starts = [start]
@@ -148,7 +158,9 @@ def weak_motion(f: Quartic, last: Array, kernel: Array, size: float, speed: floa
     ends = [f.descended(z) for z in starts]
     turn = HYSTERESIS * (size / speed) ** 2
     costs = [f.value(z) + turn * min(1.0, float(np.sum((z - before) ** 2))) for z in ends]
-    return ends[int(np.argmin(np.array(costs) + 1e-9 * size**2 * np.arange(len(costs))))]
+    z = ends[int(np.argmin(np.array(costs) + 1e-9 * size**2 * np.arange(len(costs))))]
+    fastest = float(np.linalg.norm(rows.reach * z))
+    return z * (1 - rows.reach * max(0.0, 1 - FARTHEST * speed / max(fastest, 1e-300)))
 
 
 def chosen_side(before: float, start: float, motion: Array, speed: float) -> float:

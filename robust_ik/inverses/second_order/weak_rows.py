@@ -23,9 +23,11 @@ class WeakRows:
     Attributes:
         sigma: σ/σ₁ of the weak rows, (k,).
         directions: U₂, what is nearly lost, (m, k).
+        span: Kept and weak directions, (m, r + k).
         largest: σ₁.
         command: c = U₂ᵀẋ/σ₁, (k,), rad/s.
         fades: w, (k,): 0 at the threshold, 1 from half of it.
+        reach: The same for each kernel motion, (p,): that of its row, of null-space motions the largest.
         kernel: Z, orthonormal columns, (n, p); the first k belong to the weak rows.
         kept: q̇ₚ, the motion of the kept rows, (n,).
         bend: K, (k, p, p), symmetric, faded: per rad.
@@ -35,9 +37,11 @@ class WeakRows:
 
     sigma: Array
     directions: Array
+    span: Array
     largest: float
     command: Array
     fades: Array
+    reach: Array
     kernel: Array
     kept: Array
     bend: Array
@@ -72,7 +76,9 @@ def fade(fraction: Array) -> Array:
     return np.asarray(t * t * (3 - 2 * t))
 
 
-def weak_rows(J: Array, xdot: Array, hessian: Array, gamma: float, *, faded: bool = True) -> WeakRows:
+def weak_rows(
+    J: Array, xdot: Array, hessian: Array, gamma: float, *, least: float = 0.0, faded: bool = True
+) -> WeakRows:
     """Splits J q̇ = ẋ at γσ₁.
 
     Args:
@@ -80,13 +86,14 @@ def weak_rows(J: Array, xdot: Array, hessian: Array, gamma: float, *, faded: boo
         xdot: ẋ, (m,).
         hessian: ∂J/∂q, (m, n, n).
         gamma: γ.
+        least: Least σ₁ to compare with, where a few rows may vanish together.
         faded: Whether what is second-order fades towards γ; else it counts in full.
 
     Returns:
         The weak rows; none, (0,), where all σ ≥ γσ₁. Rows that an arm with fewer joints never has are left out.
     """
     found = whole_svd(J)
-    largest = found.s[0]
+    largest = max(float(found.s[0]), least)
     s, asked = found.s / largest, found.U.T @ xdot / largest
     r = int(np.sum(s >= gamma))
     U, V, Z = found.U[:, r : len(s)], found.Vt[:r].T, found.Vt[r:].T
@@ -103,4 +110,4 @@ def weak_rows(J: Array, xdot: Array, hessian: Array, gamma: float, *, faded: boo
     size = np.linalg.norm(command)
     lost = command / size if size > 0 else command
     turning = V.T @ combined(lost, along) / s[:r, None]
-    return WeakRows(s[r:], U, float(largest), command, fades, Z, kept, bend, cross, turning)
+    return WeakRows(s[r:], U, found.U[:, : len(s)], largest, command, fades, reach, Z, kept, bend, cross, turning)
