@@ -36,30 +36,54 @@ from robust_ik.kernels.compiler.stack_memory import (
     further,
     lanes_of,
     pointer,
+    sizes,
     stack,
 )
 from robust_ik.kernels.matrices.levenberg_marquardt import damped_step
 from robust_ik.kernels.matrices.small_svd import TOGETHER, decompose_few
 
+NORM, SCALE, DAMPING, IDLE = range(4)
+"""Places in the state of a search: ‖r‖ where it is, the scale of singular values there, damping, steps in vain."""
+STATE = sizes(4)
+"""How many there are."""
 
-@inlined
-def task_jacobian(pack: Pointer, task: Pointer, m: int, twists: Pointer, lane: int, lanes: int, to: Pointer) -> None:
-    """The Jacobian in the task's rows, (m, n), or its transpose if m > n."""
-    n = int(pack[INDEPENDENT])
+
+@called
+def task_jacobians(
+    pack: Pointer, task: Pointer, m: int, q: Pointer, count: int, twists: Pointer, to: Pointer, zero: Number
+) -> None:
+    """Jacobians in the task's rows, or their transposes if m > n.
+
+    Args:
+        pack: The chain.
+        task: Place and factor of each task row.
+        m: Number of task rows.
+        q: Joint values, (count, n).
+        count: How many configurations, at most as many as a Number has lanes.
+        twists: Filled: twists of the joints.
+        to: Filled, (count, m, n) or (count, n, m).
+        zero: 0 of one number, or of lanes.
+    """
+    L, n = lanes_of(zero), int(pack[INDEPENDENT])
+    end, each = stack(zero, ONE, TWELVE), each_lane(twists)
+    place(pack, q, count, twists, end, zero)
+    joint_twists(pack, twists, end, twists, LOCAL_WORLD_ALIGNED, zero)
     down, across = (n, 1) if m <= n else (1, m)
-    for x in range(m * n):
+    for x in range(count * m * n):
         to[x] = 0.0
-    for i in range(int(pack[JOINTS])):
-        at = HEAD + i * STRIDE
-        column, factor = int(pack[at + COLUMN]), pack[at + FACTOR]
+    for lane in range(count):
+        J = further(to, lane * m * n)
+        for i in range(int(pack[JOINTS])):
+            at = HEAD + i * STRIDE
+            column, factor = int(pack[at + COLUMN]), pack[at + FACTOR]
+            for r in range(m):
+                J[r * down + column * across] += factor * each[(6 * i + int(task[2 * r])) * L + lane]
         for r in range(m):
-            to[r * down + column * across] += factor * twists[(6 * i + int(task[2 * r])) * lanes + lane]
-    for r in range(m):
-        for c in range(n):
-            to[r * down + c * across] *= task[2 * r + 1]
+            for c in range(n):
+                J[r * down + c * across] *= task[2 * r + 1]
 
 
-@inlined
+@called
 def weak_directions(
     U: Pointer, Vt: Pointer, task: Pointer, m: int, n: int, kept: int, left: Pointer, right: Pointer
 ) -> None:
@@ -107,18 +131,15 @@ def residuals(
         width: At least m and n.
         zero: 0 of one number, or of lanes.
     """
-    L, n = lanes_of(zero), int(pack[INDEPENDENT])
+    n = int(pack[INDEPENDENT])
     k, long, many, size = min(m, n), max(m, n), m - kept, n - kept
     J = room
     U = further(J, count * m * n)
     Vt = further(U, count * k * k)
     left = further(Vt, count * long * long)
     right = further(left, count * many * 6)
-    twists, end = stack(zero, MOST_JOINTS, SIX), stack(zero, ONE, TWELVE)
-    place(pack, q, count, twists, end, zero)
-    joint_twists(pack, twists, end, twists, LOCAL_WORLD_ALIGNED, zero)
-    for lane in range(count):
-        task_jacobian(pack, task, m, each_lane(twists), lane, L, further(J, lane * m * n))
+    twists = stack(zero, MOST_JOINTS, SIX)
+    task_jacobians(pack, task, m, q, count, twists, J, zero)
     if not decompose_few(J, U, s, Vt, k, long, long, count, width, width, zero):
         return False
     for lane in range(count):
@@ -131,14 +152,49 @@ def residuals(
     return True
 
 
-@inlined
+@called
 def copy(source: Pointer, count: int, to: Pointer) -> None:
     """Copies `count` numbers."""
     for x in range(count):
         to[x] = source[x]
 
 
+@called
+def settle(rules: Pointer, its: Pointer, tries: float, weakest: Pointer, count: int, sigma: float) -> bool:
+    """Counts a step of a search; whether it is taken.
+
+    Args:
+        rules: See `corank_search_layout`.
+        its: The state of the search.
+        tries: Steps tried before; negative if this is the start.
+        weakest: The diagonal of r after the step.
+        count: How many numbers these are.
+        sigma: σ₁ there.
+    """
+    total = 0.0
+    for i in range(count):
+        total += weakest[i] * weakest[i]
+    after, before = math.sqrt(total), its[NORM]
+    taken = tries < 0.0 or after < before
+    if tries < 0.0:
+        its[DAMPING], its[IDLE] = rules[FIRST], 0.0
+    else:
+        its[DAMPING] *= rules[LESS] if taken else rules[MORE]
+        its[IDLE] = 0.0 if after < rules[WORTHWHILE] * before else its[IDLE] + 1.0
+    if taken:
+        its[NORM], its[SCALE] = after, max(sigma, rules[LEAST_SCALE])
+    return taken
+
+
 @inlined
+def going(rules: Pointer, its: Pointer, tries: float) -> bool:
+    """Whether a search goes on."""
+    relative = its[NORM] / (its[SCALE] if its[SCALE] > 0.0 else 1.0)
+    goes: bool = relative > rules[TOLERANCE] and its[IDLE] < rules[PATIENCE] and tries < rules[STEPS]
+    return goes
+
+
+@called
 def search(
     pack: Array, task: Array, rules: Array, kept: int, room: Array, q: Array, s: Array, derivative: Array,
     scale: Array, tries: Array, width: Sizes,
@@ -158,7 +214,7 @@ def search(
         tries: Filled: steps tried, (N,).
         width: At least m and n.
     """
-    chain, rows, m, n = pointer(pack), pointer(task), len(task), q.shape[1]
+    chain, rows, told, m, n = pointer(pack), pointer(task), pointer(rules), len(task), q.shape[1]
     k, p, weak = s.shape[1], derivative.shape[1], s.shape[1] - kept
     trial = pointer(room)
     its_s = further(trial, SIDE_BY_SIDE * n)
@@ -167,7 +223,7 @@ def search(
     x = further(gram, min(p, n) * min(p, n))
     step = further(x, min(p, n))
     rest = further(step, n)
-    which, norms, damping, idle = stack(0.0, ONE, W8), stack(0.0, ONE, W8), stack(0.0, ONE, W8), stack(0.0, ONE, W8)
+    which, state = stack(0.0, ONE, W8), stack(0.0, W8, STATE)
     begin, count = 0, 0
     while True:
         while count < SIDE_BY_SIDE and begin < len(q):
@@ -188,35 +244,25 @@ def search(
         if not good:
             return False
         for lane in range(count - 1, -1, -1):
-            e, total = int(which[lane]), 0.0
-            for i in range(kept, k):
-                total += its_s[lane * k + i] * its_s[lane * k + i]
-            after, first = math.sqrt(total), tries[e] < 0.0
-            tries[e] += 1.0
-            if first:
-                norms[lane], damping[lane], idle[lane] = math.inf, rules[FIRST], 0.0
-            else:
-                idle[lane] = 0.0 if after < rules[WORTHWHILE] * norms[lane] else idle[lane] + 1.0
-                damping[lane] *= rules[LESS] if after < norms[lane] else rules[MORE]
+            e, its, new_s = int(which[lane]), further(state, lane * len(STATE)), further(its_s, lane * k)
             to_q, to_s = further(pointer(q), e * n), further(pointer(s), e * k)
             to_slope = further(pointer(derivative), e * p * n)
-            if first or after < norms[lane]:
-                norms[lane], scale[e] = after, max(its_s[lane * k], rules[LEAST_SCALE])
+            if settle(told, its, tries[e], further(new_s, kept), weak, new_s[0]):
                 copy(further(trial, lane * n), n, to_q)
-                copy(further(its_s, lane * k), k, to_s)
+                copy(new_s, k, to_s)
                 copy(further(its_slope, lane * p * n), p * n, to_slope)
-            relative = norms[lane] / (scale[e] if scale[e] > 0.0 else 1.0)
-            if relative > rules[TOLERANCE] and idle[lane] < rules[PATIENCE] and tries[e] < rules[STEPS]:
-                mu = damping[lane] * norms[lane] * scale[e]
-                damped_step(to_slope, further(to_s, kept), p, n, weak, mu, rules[LONGEST], gram, x, step)
+                scale[e] = its[SCALE]
+            tries[e] += 1.0
+            if going(told, its, tries[e]):
+                mu = its[DAMPING] * its[NORM] * its[SCALE]
+                damped_step(to_slope, further(to_s, kept), p, n, weak, mu, told[LONGEST], gram, x, step)
                 for c in range(n):
                     trial[lane * n + c] = to_q[c] + step[c]
             else:
                 count -= 1  # its place is taken by the last one, which has had its turn
+                which[lane] = which[count]
+                copy(further(state, count * len(STATE)), len(STATE), its)
                 copy(further(trial, count * n), n, further(trial, lane * n))
-                which[lane], norms[lane], damping[lane], idle[lane] = (
-                    which[count], norms[count], damping[count], idle[count],
-                )  # fmt: skip
 
 
 SEARCH = given(1), given(2), given(1), WHOLE, filled(1), filled(2), filled(2), filled(3), filled(1), filled(1)

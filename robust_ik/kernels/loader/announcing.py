@@ -15,7 +15,7 @@ WHAT = {
     "chain_kinematics": "the kinematics",
     "hessian_contraction": "the derivatives of singular values",
     "small_svd": "the singular value decomposition",
-    "levenberg_marquardt": "the steps of large searches for singular configurations",
+    "levenberg_marquardt": "the search for singular configurations of arms with many joints",
     "corank_search": "the search for singular configurations",
     "start_table": "the pose solver's table of starts",
     "pose_search": "the pose solver",

@@ -46,10 +46,10 @@ class Ends(NamedTuple):
 def compiled_search(chain: ScrewChain, corank: int, values: Array, rules: Rules) -> Ends | None:
     """Searches from joint values (N, n) for a corank; None if NumPy has to.
 
-    That is for more joints than compiled code takes, or if something is not finite: NumPy then says what.
+    That is for more joints than compiled code takes, or if the joint values are not fit: NumPy then says why.
     """
     m, n, kept, count = chain.m, chain.n, chain.full_rank - corank, len(values)
-    if not 0 < max(m, n) <= LARGEST:
+    if not (max(m, n) <= LARGEST and 0 <= kept < min(m, n) and values.shape == (count, n)):
         return None
     a, b = m - kept, n - kept
     ends = Ends(
