@@ -4,4 +4,3 @@ from robust_ik.kernels.loader.kernel import kernels
 
 poses, jacobians, hessians = kernels("robust_ik.kernels.chain.chain_kinematics", "poses", "jacobians", "hessians")
 (contractions,) = kernels("robust_ik.kernels.chain.hessian_contraction", "contractions")
-searches_8, searches_16 = kernels("robust_ik.kernels.chain.corank_search", "searches_8", "searches_16")

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from robust_ik.checks import Array
-from robust_ik.kernels.chain import corank_search_layout as layout
+from robust_ik.kernels.search import corank_search_layout as layout
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 
 LARGEST = 16
@@ -68,7 +68,7 @@ def compiled_search(chain: ScrewChain, corank: int, values: Array, rules: Rules)
 @cache
 def _kernel(small: bool) -> Callable[..., bool]:
     """The kernel for at most 8, or else LARGEST, rows and joints."""
-    from robust_ik.kernels import chain
+    from robust_ik.kernels import search
 
-    compiled: Callable[..., bool] = getattr(chain, f"searches_{8 if small else LARGEST}").compiled
+    compiled: Callable[..., bool] = getattr(search, f"searches_{8 if small else LARGEST}").compiled
     return compiled

@@ -10,18 +10,6 @@ import math
 from robust_ik.checks import Array
 from robust_ik.kernels.chain.chain_kinematics import MOST_JOINTS, SIX, TWELVE, place
 from robust_ik.kernels.chain.chain_layout import COLUMN, FACTOR, HEAD, INDEPENDENT, JOINTS, STRIDE
-from robust_ik.kernels.chain.corank_search_layout import (
-    FIRST,
-    LEAST_SCALE,
-    LESS,
-    LONGEST,
-    MORE,
-    PATIENCE,
-    SIDE_BY_SIDE,
-    STEPS,
-    TOLERANCE,
-    WORTHWHILE,
-)
 from robust_ik.kernels.chain.hessian_contraction import contract
 from robust_ik.kernels.chain.joint_motion import LOCAL_WORLD_ALIGNED, joint_twists
 from robust_ik.kernels.compiler.compiling import WHOLE, called, filled, given, inlined, kernel
@@ -41,6 +29,18 @@ from robust_ik.kernels.compiler.stack_memory import (
 )
 from robust_ik.kernels.matrices.levenberg_marquardt import damped_step
 from robust_ik.kernels.matrices.small_svd import TOGETHER, decompose_few
+from robust_ik.kernels.search.corank_search_layout import (
+    FIRST,
+    LEAST_SCALE,
+    LESS,
+    LONGEST,
+    MORE,
+    PATIENCE,
+    SIDE_BY_SIDE,
+    STEPS,
+    TOLERANCE,
+    WORTHWHILE,
+)
 
 NORM, SCALE, DAMPING, IDLE = range(4)
 """Places in the state of a search: ‖r‖ where it is, the scale of singular values there, damping, steps in vain."""
