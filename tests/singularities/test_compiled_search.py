@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import robust_ik as rik
 from robust_ik.errors import InputError
-from robust_ik.singularities.find import projection_search
+from robust_ik.singularities.find import compiled_search, projection_search
 from robust_ik.singularities.find.compiled_search import LARGEST
 from robust_ik.singularities.find.projection_search import TOLERANCE, project, project_by_numpy
 from robust_ik.singularities.find.rank_residual import Residual
@@ -18,7 +18,10 @@ from tests.singularities.test_screw_chain import any_chain
 
 NAMES = ("pa10", "srs_10r", "planar_3r", "duleba_3r", "so101", "talos_arm")
 BATCHES = (0, 1, 2, 3, 8, 21)
-"""Nobody, alone, too few to go side by side, side by side, all places taken, and more than there are places."""
+"""None, one alone, too few to go side by side, side by side, all places taken, and more than there are places."""
+
+MARGIN = 500
+"""Numbers before and after each array that are looked at."""
 
 
 def of_robot(name):
@@ -96,6 +99,30 @@ def test_every_chain_here_is_searched_by_compiled_code_and_larger_ones_by_numpy(
     (ends,) = numpy_s
     assert ends.converged.all()
     assert_array_equal(ends.residual.relative <= TOLERANCE, True)
+
+
+@pytest.mark.parametrize("made, name", CHAINS)
+def test_nothing_is_written_beside_the_room_that_is_given(made, name, monkeypatch, rng):
+    chain, kernel_for = made(name), compiled_search._kernel
+
+    def guarded(small):
+        def call(pack, task, rules, kept, room, *filled):
+            places = [np.full(each.size + 2 * MARGIN, 7.0) for each in (room, *filled)]
+            inner = [place[MARGIN:-MARGIN].reshape(each.shape) for place, each in zip(places, (room, *filled))]
+            inner[1][:] = filled[0]
+            good = kernel_for(small)(pack, task, rules, kept, *inner)
+            for place, each, given in zip(places, inner, (room, *filled)):
+                assert (place[:MARGIN] == 7.0).all()
+                assert (place[-MARGIN:] == 7.0).all()
+                given[:] = each
+            return good
+
+        return call
+
+    monkeypatch.setattr(compiled_search, "_kernel", guarded)
+    for corank in range(1, min(3, chain.full_rank) + 1):
+        for count in BATCHES:
+            project(chain, corank, chain.random(rng, count))
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
