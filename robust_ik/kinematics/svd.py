@@ -1,8 +1,8 @@
 """The singular value decomposition and what follows from it: measures and projectors.
 
 Everything is batched over leading axes. Up to 16×16 a compiled kernel decomposes (`kernels.matrices.small_svd`), above
-that LAPACK. Compiled steps decompose by themselves (`kernels.step`); all other code calls this module, except where a
-robot is loaded, before anything is compiled (`robot.default_rest`).
+that LAPACK. Compiled steps and searches decompose by themselves (`kernels.step`, `kernels.search`); all other code
+calls this module, except where a robot is loaded, before anything is compiled (`robot.default_rest`).
 """
 
 from __future__ import annotations

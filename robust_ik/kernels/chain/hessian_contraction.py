@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from robust_ik.checks import Array
 from robust_ik.kernels.chain.chain_kinematics import MOST_JOINTS, SIX, TWELVE, place
-from robust_ik.kernels.chain.chain_layout import COLUMN, FACTOR, HEAD, JOINTS, STRIDE
+from robust_ik.kernels.chain.chain_layout import COLUMN, FACTOR, HEAD, INDEPENDENT, JOINTS, STRIDE
 from robust_ik.kernels.chain.joint_motion import LOCAL_WORLD_ALIGNED, joint_twists
 from robust_ik.kernels.compiler.compiling import WHOLE, called, filled, given, inlined, kernel
 from robust_ik.kernels.compiler.simd_lanes import COUNT, Number, spread
@@ -48,15 +48,27 @@ def bend(twists: Pointer, motions: Pointer, count: int, bends: Pointer, zero: Nu
 
 
 @called
-def some_contractions(
-    pack: Pointer, q: Array, left: Array, right: Array, paired: int, result: Array, begin: int, count: int, zero: Number
-) -> None:
-    """`contractions` of q[begin : begin + count]: at most as many as a Number has lanes."""
-    L, joints = lanes_of(zero), int(pack[JOINTS])
-    many, size, n = left.shape[1], right.shape[1], right.shape[2]
-    twists, end = stack(zero, MOST_JOINTS, SIX), stack(zero, ONE, TWELVE)
-    place(pack, further(pointer(q), begin * q.shape[1]), count, twists, end, zero)
-    joint_twists(pack, twists, end, twists, LOCAL_WORLD_ALIGNED, zero)
+def contract(
+    pack: Pointer, twists: Pointer, left: Pointer, right: Pointer, many: int, size: int, down: int, across: int,
+    paired: bool, to: Pointer, count: int, zero: Number,
+) -> None:  # fmt: skip
+    """Wrenches by the derivatives of twists by motions, of at most as many configurations as a Number has lanes.
+
+    Args:
+        pack: The chain.
+        twists: Of its joints, "local_world_aligned".
+        left: `many` wrenches of each configuration, one after another, 6 numbers each.
+        right: `size` joint motions of each, n numbers each.
+        many: How many wrenches.
+        size: How many motions.
+        down: Rows of the result from one wrench to the next.
+        across: Rows of it from one motion to the next.
+        paired: Combine the i-th wrench with the i-th motion only.
+        to: Filled, rows of n numbers, as many as are combined.
+        count: How many configurations.
+        zero: 0 of one number, or of lanes.
+    """
+    L, joints, n = lanes_of(zero), int(pack[JOINTS]), int(pack[INDEPENDENT])
     motions, bends, wrench, total = (
         stack(zero, ONE, MOST_JOINTS),
         stack(zero, MOST_JOINTS, SIX),
@@ -64,28 +76,46 @@ def some_contractions(
         stack(zero, ONE, ONE),
     )
     motion, entry, found = each_lane(motions), each_lane(wrench), each_lane(total)
-    to, width = pointer(result), result.shape[1] * n
+    width = (size if paired else many * size) * n
+    for i in range(joints):
+        motions[i] = zero
+    for r in range(6):
+        wrench[r] = zero
     for x in range(count * width):
-        to[begin * width + x] = 0.0
+        to[x] = 0.0
     for b in range(size):
         for lane in range(count):
             for i in range(joints):
                 at = HEAD + i * STRIDE
-                motion[i * L + lane] = pack[at + FACTOR] * right[begin + lane, b, int(pack[at + COLUMN])]
+                motion[i * L + lane] = pack[at + FACTOR] * right[(lane * size + b) * n + int(pack[at + COLUMN])]
         bend(twists, motions, joints, bends, zero)
         for a in range(b if paired else 0, b + 1 if paired else many):
-            row = b if paired else a * size + b
             for lane in range(count):
                 for r in range(6):
-                    entry[r * L + lane] = left[begin + lane, a, r]
+                    entry[r * L + lane] = left[(lane * many + a) * 6 + r]
             for k in range(joints):
                 at = HEAD + k * STRIDE
                 total[0] = wrench[0] * bends[6 * k]
                 for r in range(1, 6):
                     total[0] = total[0] + wrench[r] * bends[6 * k + r]
                 for lane in range(count):
-                    x = (begin + lane) * width + row * n + int(pack[at + COLUMN])
+                    x = lane * width + (a * down + b * across) * n + int(pack[at + COLUMN])
                     to[x] += pack[at + FACTOR] * found[lane]
+
+
+@inlined
+def some_contractions(
+    pack: Pointer, q: Array, left: Array, right: Array, paired: int, result: Array, begin: int, count: int, zero: Number
+) -> None:
+    """`contractions` of q[begin : begin + count]: at most as many as a Number has lanes."""
+    many, size, n = left.shape[1], right.shape[1], right.shape[2]
+    twists, end = stack(zero, MOST_JOINTS, SIX), stack(zero, ONE, TWELVE)
+    place(pack, further(pointer(q), begin * q.shape[1]), count, twists, end, zero)
+    joint_twists(pack, twists, end, twists, LOCAL_WORLD_ALIGNED, zero)
+    contract(
+        pack, twists, further(pointer(left), begin * many * 6), further(pointer(right), begin * size * n), many, size,
+        0 if paired else size, 1, paired != 0, further(pointer(result), begin * result.shape[1] * n), count, zero,
+    )  # fmt: skip
 
 
 @kernel(given(1), given(2), given(3), given(3), WHOLE, filled(3))

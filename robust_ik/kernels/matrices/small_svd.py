@@ -232,6 +232,33 @@ def sort(sigma: Pointer, order: Pointer, k: int) -> int:
     return known
 
 
+@called
+def decompose_few(
+    J: Pointer,
+    U: Pointer,
+    s: Pointer,
+    Vt: Pointer,
+    m: int,
+    n: int,
+    right: int,
+    count: int,
+    width: Sizes,
+    carried: Sizes,
+    zero: Number,
+) -> bool:
+    """`decompose_some`, and those anew, alone, that are too uneven to be decomposed side by side."""
+    good = decompose_some(J, U, s, Vt, m, n, right, count, width, carried, zero)
+    if lanes_of(zero) > 1:
+        for e in range(count):
+            from_J = further(J, e * m * n)
+            if unevenness(from_J, m, n, m <= n) > 0.0:
+                decompose_some(
+                    from_J, further(U, e * m * min(m, n)), further(s, e * min(m, n)), further(Vt, e * right * n),
+                    m, n, right, 1, width, carried, 0.0,
+                )  # fmt: skip
+    return good
+
+
 @inlined
 def decompose(J: Array, U: Array, s: Array, Vt: Array, width: Sizes, carried: Sizes) -> bool:
     """Decomposes every J, side by side if there are several; False if not all is finite."""
@@ -240,16 +267,10 @@ def decompose(J: Array, U: Array, s: Array, Vt: Array, width: Sizes, carried: Si
     from_J, to_U, to_s, to_Vt = pointer(J), pointer(U), pointer(s), pointer(Vt)
     while count - begin >= TOGETHER:
         some = min(COUNT, count - begin)
-        good &= decompose_some(
+        good &= decompose_few(
             further(from_J, begin * m * n), further(to_U, begin * m * k), further(to_s, begin * k),
             further(to_Vt, begin * right * n), m, n, right, some, width, carried, spread(0.0),
         )  # fmt: skip
-        for e in range(begin, begin + some):
-            if unevenness(further(from_J, e * m * n), m, n, m <= n) > 0.0:
-                decompose_some(
-                    further(from_J, e * m * n), further(to_U, e * m * k), further(to_s, e * k),
-                    further(to_Vt, e * right * n), m, n, right, 1, width, carried, 0.0,
-                )  # fmt: skip
         begin += some
     for e in range(begin, count):
         good &= decompose_some(

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robust_ik.checks import Array
+from robust_ik.singularities.find.compiled_search import Rules, compiled_search
 from robust_ik.singularities.find.rank_residual import Indices, Mask, Residual
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 
@@ -65,8 +66,18 @@ class SearchEnds:
 
 def project(chain: ScrewChain, corank: int, values: Array, tolerance: float = TOLERANCE) -> SearchEnds:
     """Steps from each of the joint values (N, n) until ‖r‖ ≤ tolerance σ₁ or no step helps."""
+    rules = Rules(tolerance, STEPS, LONGEST_STEP, FIRST_DAMPING, LESS, MORE, WORTHWHILE, PATIENCE)
+    found = compiled_search(chain, corank, values, rules)
+    if found is None:
+        return project_by_numpy(chain, corank, values, tolerance)
+    residual = Residual(corank, found.s, found.derivative, found.scale, chain.full_rank)
+    return SearchEnds(found.values, residual, found.tries.astype(int), residual.relative <= tolerance)
+
+
+def project_by_numpy(chain: ScrewChain, corank: int, values: Array, tolerance: float = TOLERANCE) -> SearchEnds:
+    """The same, step by step: the reference of compiled code, and for any number of joints."""
     values, tries = values.copy(), np.zeros(len(values), dtype=int)
-    state = Residual.at(chain, values, corank)
+    state = Residual.by_numpy(chain, values, corank)
     # Only searches that go on are kept at hand; the others lie at their ends.
     active = np.flatnonzero(state.relative > tolerance)
     q, here = values[active], state.select(active)
@@ -75,7 +86,7 @@ def project(chain: ScrewChain, corank: int, values: Array, tolerance: float = TO
         if active.size == 0:
             break
         trial = q + step(here, damping * norm * here.scale)
-        there = Residual.at(chain, trial, corank)
+        there = Residual.by_numpy(chain, trial, corank)
         after = there.norm
         tries[active] += 1
         idle = np.where(after < WORTHWHILE * norm, 0, idle + 1)

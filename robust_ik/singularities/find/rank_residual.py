@@ -1,4 +1,4 @@
-"""The residual r = vec(U₂ᵀ J V₂), which vanishes if the corank is at least k, and its derivative. NumPy only.
+"""The residual r = vec(U₂ᵀ J V₂), which vanishes if the corank is at least k, and its derivative. Arrays only.
 
 The corank is g − rank, g being the rank at nearly all configurations: the number of rows or joints, whichever is less,
 but for what the arm can never do. U₂ holds the m − g + k weakest left singular vectors, V₂ the n − g + k weakest right
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from robust_ik.checks import Array
 from robust_ik.errors import InputError
 from robust_ik.kinematics.svd import singular_values, whole_svd
+from robust_ik.singularities.find.compiled_search import AT_ONCE, compiled_search
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 
 Indices = NDArray[np.int_]
@@ -53,6 +54,14 @@ class Residual:
     @classmethod
     def at(cls, chain: ScrewChain, values: Array, corank: int) -> Residual:
         """The residual at joint values (N, n)."""
+        found = compiled_search(chain, corank, values, AT_ONCE)
+        if found is None:
+            return cls.by_numpy(chain, values, corank)
+        return cls(corank, found.s, found.derivative, found.scale, chain.full_rank)
+
+    @classmethod
+    def by_numpy(cls, chain: ScrewChain, values: Array, corank: int) -> Residual:
+        """The same, step by step: the reference of compiled code, and for any number of joints."""
         found, kept = whole_svd(chain.jacobian(values)), chain.full_rank - corank
         left = found.U[..., kept:]
         right = np.swapaxes(found.Vt[..., kept:, :], -1, -2)

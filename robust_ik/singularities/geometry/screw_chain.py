@@ -188,6 +188,12 @@ class ScrewChain:
         chosen = [ROWS.index(row) for row in self.rows]
         return slice(None) if self.rows == ROWS else chosen, np.where(np.array(chosen) < 3, 1 / self.length_scale, 1.0)
 
+    @cached_property
+    def task(self) -> Array:
+        """For compiled code, where each task row is in a whole Jacobian, and its factor, (m, 2)."""
+        rows, factors = self._rows
+        return readonly(np.stack([np.arange(len(ROWS))[rows], factors], axis=1))
+
     def jacobian(self, values: ArrayLike) -> Array:
         """The Jacobian in `rows`, linear rows divided by `length_scale`: (..., n) → (..., m, n)."""
         rows, factors = self._rows
