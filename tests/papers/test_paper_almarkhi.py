@@ -33,7 +33,7 @@ from robust_ik.kinematics.singular_value_gradients import closed_form_hessian
 from robust_ik.singularities.find.find_points import find_points
 from robust_ik.singularities.find.gradient_history import gradient_descent
 from robust_ik.singularities.find.gradient_search import Slope, gradient_search
-from robust_ik.singularities.find.projection_search import project
+from robust_ik.singularities.find.projection_search import project, project_by_numpy
 from robust_ik.singularities.find.rank_residual import Residual
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 from robust_ik.singularities.lost_motion.sparse_basis import sparse_basis
@@ -234,15 +234,15 @@ def test_projection_with_pushes_reaches_corank_3_from_every_start_and_corank_4_f
 
 
 def test_without_the_null_space_fewer_starts_lead_to_coranks_1_and_2(monkeypatch):
-    whole = Residual.at
+    whole = Residual.by_numpy
 
     def reduced(its, values, corank):
         at = whole(its, values, corank)
         blocks = at.derivative.reshape(len(values), corank, -1, its.n)
         return replace(at, derivative=blocks[:, :, :corank].reshape(len(values), corank**2, its.n))
 
-    monkeypatch.setattr(Residual, "at", reduced)
-    shares = [project(chain(), corank, starts()).converged.mean() for corank in (1, 2)]
+    monkeypatch.setattr(Residual, "by_numpy", reduced)
+    shares = [project_by_numpy(chain(), corank, starts()).converged.mean() for corank in (1, 2)]
     assert max(shares) < 0.99
 
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from robust_ik.checks import Array
-from robust_ik.kernels.search import corank_search_layout as layout
+from robust_ik.kernels.search import corank_search_layout
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
 
 LARGEST = 16
@@ -60,7 +60,7 @@ def compiled_search(chain: ScrewChain, corank: int, values: Array, rules: Rules)
         np.empty(count),
     )
     told = np.array((*rules, chain.least_scale))
-    room = np.empty(layout.room(m, n, a, b))
+    room = np.empty(corank_search_layout.room(m, n, a, b))
     found = _kernel(max(m, n) <= 8)(chain.joints.packed, chain.task, told, kept, room, *ends)
     return ends if found else None
 
