@@ -69,7 +69,7 @@ class WayOut:
             divided by the length scale.
         curvature: By how much the tool moves along what is lost: κ s²/2 for s of `motion`, in units of `lost` per rad².
         turn: How far the fastest joint must turn along `motion` until half of what is lost can be followed, rad, slides
-            divided by the length scale; infinite if half a turn to either side is too little, 0 where none is needed.
+            divided by the length scale; infinite if half a turn to either side was tried and is too little, else 0.
         joint_names: Of the n joints.
     """
 
@@ -94,10 +94,7 @@ class WayOut:
         if self.motion.any():
             said += f"; {self._joints()}"
         if self.exit is Exit.TURN_FIRST:
-            if np.isfinite(self.turn):
-                said += f", by {self.turn:.2g} rad of the fastest joint until half of the command can be followed"
-            else:
-                said += "; within half a turn to either side less than half of the command can be followed"
+            said += f", by {self.turn:.2g} rad of the fastest joint until half of what is lost can be followed"
         return f"{said}."
 
     def __str__(self) -> str:
@@ -139,11 +136,14 @@ def way_out(
     if size <= LOST:
         return looked.nothing(Exit.FREE) if never <= LOST else looked.nothing(Exit.STRUCTURAL, beside)
     found = exit_verdict(weak)
-    side, turn = looked.turned(q, lost / size, found.motion) if found.exit is Exit.TURN_FIRST else (1.0, 0.0)
+    kind, side, turn = found.exit, 1.0, 0.0
+    if kind is Exit.TURN_FIRST:
+        side, turn = looked.turned(q, lost / size, found.motion)
+        kind, side = (kind, side) if np.isfinite(turn) else (Exit.STRUCTURAL, 0.0)
     bent = {Exit.FOLD: found.curvature, Exit.BOTH_WAYS: found.curvature, Exit.END_OF_REACH: found.opposite}
-    curvature, share = bent.get(found.exit, 0.0) * weak.largest, min(1.0, float(np.hypot(size, never)))
+    curvature, share = bent.get(kind, 0.0) * weak.largest, min(1.0, float(np.hypot(size, never)))
     motion = side * looked.units * found.motion
-    return WayOut(found.exit, lost / size, share, motion, curvature, turn, robot.joint_names)
+    return WayOut(kind, lost / size, share, motion, curvature, turn, robot.joint_names)
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.inverses.second_order.turning import LEAST_TURN
-from robust_ik.inverses.second_order.weak_rows import WeakRows
+from robust_ik.inverses.second_order.weak_rows import WeakRows, upright
 
 BENT = 1e-3
 """|κ| relative to σ₁, 1/rad, up to which there is no curvature worth a name. A motion of 1 rad would move the tool by
@@ -29,8 +29,8 @@ class Exit(Enum):
     FOLD = "the command leads back into reach: the joint motion, to either side, follows it"
     BOTH_WAYS = "the command and its opposite can both be followed, each by a joint motion of its own"
     TURN_FIRST = "the tool cannot move this way yet: turn the arm along a self-motion first"
-    END_OF_REACH = "the command leads out of reach: no joint motion nearby follows it"
-    STRUCTURAL = "this motion is lost here and nearby: no joint motion follows it"
+    END_OF_REACH = "the command leads out of reach: joints nearby follow it hardly or not at all"
+    STRUCTURAL = "neither curvature nor half a turn along a self-motion brings this motion back"
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,10 +72,4 @@ def exit_verdict(rows: WeakRows) -> ExitVerdict:
         kind, motion = Exit.TURN_FIRST, rows.kernel @ ways[0]
     else:
         kind, motion = Exit.STRUCTURAL, nothing
-    return ExitVerdict(kind, motion * _sign(motion), curvature, opposite, float(rates[0]))
-
-
-def _sign(motion: Array) -> float:
-    """±1, so that the largest joint turns positive."""
-    largest = motion[np.argmax(np.abs(motion) > 0.99 * np.abs(motion).max(initial=0.0))]
-    return 1.0 if largest >= 0 else -1.0
+    return ExitVerdict(kind, motion * upright(motion), curvature, opposite, float(rates[0]))

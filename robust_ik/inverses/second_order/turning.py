@@ -26,8 +26,6 @@ HALF_TURN = 3.2
 """Rad of the fastest joint to one side, before the other side is tried, once. Chosen: what a wrist or shoulder has lost
 is found after a quarter turn.
 """
-
-
 EASE = 0.3
 """Rad over which a turn slows down where it changes sides or ends."""
 SLOWEST = 0.2

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robust_ik.checks import Array
-from robust_ik.inverses.second_order.weak_rows import WeakRows, combined
+from robust_ik.inverses.second_order.weak_rows import WeakRows, combined, upright
 
 FLOOR = 1.5e-3
 """λ of the weak rows, relative to σ₁: noise of the command moves joints by at most 1/(2 λ) of it."""
@@ -169,5 +169,4 @@ def chosen_side(before: float, start: float, motion: Array, speed: float) -> flo
         return float(np.sign(before))
     if abs(start) > MOVING**2 * speed:
         return float(np.sign(start))
-    largest = np.flatnonzero(np.abs(motion) > 0.99 * np.abs(motion).max())[0]
-    return float(np.sign(motion[largest]))
+    return upright(motion)

@@ -15,6 +15,9 @@ import numpy as np
 from robust_ik.checks import Array
 from robust_ik.kinematics.svd import whole_svd
 
+NEARLY = 0.99
+"""Entries that differ by less count as equally large, so that rounding does not choose between joints."""
+
 
 @dataclass(frozen=True, eq=False)
 class WeakRows:
@@ -68,6 +71,12 @@ def combined(weights: Array, matrices: Array) -> Array:
     """Σ wᵢMᵢ: (k,), (k, a, b) → (a, b)."""
     k, a, b = matrices.shape
     return np.asarray((weights @ matrices.reshape(k, a * b)).reshape(a, b))
+
+
+def upright(motion: Array) -> float:
+    """±1, so that the largest joint of a motion (n,), the first of those that are nearly as large, turns positive."""
+    size = np.abs(motion)
+    return 1.0 if motion[np.argmax(size >= NEARLY * size.max())] >= 0 else -1.0
 
 
 def fade(fraction: Array) -> Array:
