@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from robust_ik.checks import Array, readonly
 from robust_ik.inverses.second_order import Exit, exit_verdict, weak_rows
 from robust_ik.kinematics.svd import whole_svd
 from robust_ik.kinematics.twist_rows import ROWS
+from robust_ik.robot.robot_kinematics import RobotKinematics
 
 VANISHED = 1e-6
 """σ₁ of some rows below this fraction of σ₁ of all six counts as if it had vanished."""
@@ -25,35 +24,6 @@ SERVED = 0.5
 """A turn has gone far enough where so much of the command can be followed."""
 USABLE = 0.02
 """σ/σ₁ from which a direction can be used: below, joint speeds are fifty times those of the best direction."""
-
-
-class Moving(Protocol):
-    """What a robot must be able to do; see `Robot`."""
-
-    @property
-    def n(self) -> int:
-        """How many joints."""
-
-    @property
-    def length_scale(self) -> float:
-        """The unit of length, m."""
-
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """Of the n joints."""
-
-    @property
-    def sliding(self) -> NDArray[np.bool_]:
-        """Which joints slide, (n,)."""
-
-    def jacobian(self, q: ArrayLike, frame: str | None = None, *, rows: tuple[str, ...]) -> Array:
-        """J, (m, n)."""
-
-    def hessian(self, q: ArrayLike, frame: str | None = None, *, rows: tuple[str, ...]) -> Array:
-        """The derivative of J, (m, n, n)."""
-
-    def integrate(self, q: ArrayLike, dq: ArrayLike) -> Array:
-        """The configuration after a step, (nq,)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +78,7 @@ class WayOut:
 
 
 def way_out(
-    robot: Moving, q: Array, twist: Array, frame: str | None, rows: tuple[str, ...], threshold: float
+    robot: RobotKinematics, q: Array, twist: Array, frame: str | None, rows: tuple[str, ...], threshold: float
 ) -> WayOut:
     """The way out of q for a command; arguments are checked already.
 
@@ -150,7 +120,7 @@ def way_out(
 class _Looked:
     """A robot, as the way out looks at it: rows in metres, and joints that slide, are divided by its length scale."""
 
-    robot: Moving
+    robot: RobotKinematics
     frame: str | None
     rows: tuple[str, ...]
     threshold: float

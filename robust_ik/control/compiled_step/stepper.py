@@ -17,7 +17,8 @@ from robust_ik.errors import InputError
 from robust_ik.inverses import DampedLeastSquares, RobustInverse
 from robust_ik.kernels.step.step_layout import TOO_LARGE, UNLIKE
 from robust_ik.kinematics.twist_rows import checked_rows
-from robust_ik.robot.robot import Reference, Robot
+from robust_ik.robot.robot import Robot
+from robust_ik.robot.robot_kinematics import Reference
 
 SIDE_BY_SIDE = 8
 """Steps that are made side by side: threads get whole multiples of it. As many as lanes, `simd_lanes.COUNT`."""
