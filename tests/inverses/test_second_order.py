@@ -142,6 +142,33 @@ def test_a_jacobian_of_nothing_gives_no_motion(size):
         assert not run.velocity(TaskEquation(size * np.eye(3), np.ones(3), np.ones(3), np.ones((3, 3, 3)))).any()
 
 
+def fold(sigma, c, kappa=0.2):
+    """A joint on a fold, beside one that is kept, and a command inwards."""
+    H = np.zeros((2, 2, 2))
+    H[1, 1, 1] = kappa
+    return TaskEquation(np.diag([1.0, sigma]), np.array([0.0, c]), np.zeros(2), H)
+
+
+def test_a_symmetric_point_is_left_so_that_the_joint_turns_positive_and_the_side_is_kept():
+    run = rik.SecondOrder().begin(0.01)
+    assert run.velocity(fold(0.0, 0.1))[1] > 0.5
+    for sigma in (1e-3, -1e-3, 3e-3, -3e-3):  # noise of σ, whose sign would decide alone
+        assert run.velocity(fold(sigma, 0.1))[1] > 0.5
+    assert rik.SecondOrder().begin(0.01).velocity(fold(-3e-3, 0.1))[1] < -0.5
+
+
+@given(seeds)
+@settings(deadline=None, max_examples=30)
+def test_only_the_symmetric_part_of_a_hessian_counts(seed):
+    rng = np.random.default_rng(seed)
+    J, H, xdot = rng.normal(size=(3, 4)), rng.normal(size=(3, 4, 4)), 0.3 * rng.normal(size=3)
+    J[2] *= 0.02
+    first, second = (
+        rik.SecondOrder().begin(0.01).velocity(TaskEquation(J, xdot, xdot, each)) for each in (H, np.swapaxes(H, 1, 2))
+    )
+    assert_allclose(second, first, atol=1e-9)
+
+
 @pytest.mark.parametrize("kappa", [0.01, 0.03, 0.1, 1.0])
 def test_a_large_command_is_followed_out_of_a_fold_as_fast_as_joints_may(kappa):
     """It was damped to nothing once, from 20 κ rad/s on."""
