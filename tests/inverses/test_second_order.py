@@ -7,6 +7,9 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 import robust_ik as rik
+from robust_ik.inverses.second_order.turning import AGAINST, PATIENCE, Turn
+from robust_ik.inverses.second_order.weak_motion import quartic
+from robust_ik.inverses.second_order.weak_rows import weak_rows
 from robust_ik.inverses.task_equation import TaskEquation
 from robust_ik.kinematics.svd import svd
 from robust_ik.singularities.find.projection_search import project
@@ -305,6 +308,32 @@ def test_a_turn_changes_sides_without_a_jump():
     assert max(all_qdot) > 1.5
     assert min(all_qdot) < -1.5
     assert abs(all_qdot[-1]) < 1e-12
+
+
+@given(seeds)
+@settings(deadline=None, max_examples=60)
+def test_a_turn_hardly_moves_the_tool_against_the_command(seed):
+    rng = np.random.default_rng(seed)
+    U, V = (np.linalg.qr(rng.normal(size=(k, k)))[0] for k in (3, 4))
+    J = (U * [1.0, 0.6, 0.05 * rng.random()]) @ V[:3]
+    rows = weak_rows(J, U[:, 2] * rng.uniform(0.05, 0.5), rng.normal(size=(3, 4, 4)), 0.08)
+    f = quartic(rows, SPEED, ACCELERATION, 0.25, 0.01)
+    moved, _ = Turn(waited=2 * PATIENCE).added(rows, f, np.zeros(2), SPEED, 0.01)
+    assert rows.command @ f.D @ moved >= -AGAINST * np.linalg.norm(rows.command) ** 2 * (1 + 1e-9)
+
+
+def test_a_turn_is_forgotten_after_a_second_of_progress_or_for_another_command():
+    turn = Turn(waited=0.5, turned=5.0, way=np.ones(3), asked=np.eye(2)[0])
+    for _ in range(9):
+        turn = turn.after(np.array([0.3, 0.1]), 0.0, 0.0, 0.1)
+    assert turn.turned == 5
+    for _ in range(2):
+        turn = turn.after(np.array([0.3, 0.1]), 0.0, 0.0, 0.1)
+    assert turn.turned == 0
+    told = Turn(turned=5.0, asked=np.eye(2)[0])
+    assert told.after(np.array([0.3, 0.1]), 1.0, 0.0, 0.1).turned == 5
+    assert told.after(np.array([0.1, 0.3]), 1.0, 0.0, 0.1).turned == 0
+    assert told.after(np.zeros(2), 0.0, 0.0, 0.1).turned == 5
 
 
 def test_levels_that_get_more_or_fewer_joints_begin_anew():
