@@ -29,7 +29,7 @@ from robust_ik.robot.default_rest import SAMPLES, default_rest
 from robust_ik.robot.joint_map import JointMap
 from robust_ik.robot.pinocchio_model import PinocchioModel, build_model, joints_to_keep
 from robust_ik.robot.robot_kinematics import RobotKinematics
-from robust_ik.robot.way_out import SINGULAR, WayOut, way_out
+from robust_ik.robot.way_out import SINGULAR, Families, WayOut, way_out
 from robust_ik.runtime.files import checked_folders
 from robust_ik.runtime.warn_once import warn_once
 
@@ -239,6 +239,7 @@ class Robot(RobotKinematics):
         frame: str | None = None,
         rows: Sequence[str] | None = None,
         threshold: float = SINGULAR,
+        atlas: Families | None = None,
     ) -> WayOut:
         """Whether and how a commanded motion can be followed from q, also where first order says that it is lost.
 
@@ -249,6 +250,7 @@ class Robot(RobotKinematics):
             frame: Link or joint; default the tip.
             rows: Task rows; default `self.rows`.
             threshold: σ/σ₁ up to which a direction counts as lost, above 0 and below 1.
+            atlas: A `SingularityAtlas` of the robot; what it says of the nearest family stands beside the verdict.
 
         Returns:
             A verdict (fold, both ways, turn first, end of reach, structural, free) with the joint motion.
@@ -258,7 +260,12 @@ class Robot(RobotKinematics):
         q, twist = self._checked(q), as_measures(twist, "twist", (len(names),))
         if q.ndim != 1 or twist.ndim != 1:
             raise InputError(f"one q and one twist are needed, got shapes {q.shape} and {twist.shape}")
-        return way_out(self, q, twist, frame, names, threshold)
+        found = way_out(self, q, twist, frame, names, threshold)
+        if atlas is None:
+            return found
+        if frame is not None or names != self.rows:
+            raise InputError("an atlas is about the robot's tip and rows: give neither frame nor rows with it")
+        return replace(found, family=atlas.said_of(q))
 
     def solve_poses(
         self,

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, readonly
 from robust_ik.inverses.second_order import Exit, exit_verdict, weak_rows
@@ -26,6 +28,14 @@ USABLE = 0.02
 """σ/σ₁ from which a direction can be used: below, joint speeds are fifty times those of the best direction."""
 
 
+class Families(Protocol):
+    """An atlas of singular configurations, of the tip in the robot's rows."""
+
+    def said_of(self, q: ArrayLike) -> str:
+        """What it says of the family nearest to q, one clause."""
+        ...
+
+
 @dataclass(frozen=True, eq=False)
 class WayOut:
     """Whether and how a commanded motion can be followed.
@@ -41,6 +51,7 @@ class WayOut:
         turn: How far the fastest joint must turn along `motion` until half of what is lost can be followed, rad, slides
             divided by the length scale; infinite if half a turn to either side was tried and is too little, else 0.
         joint_names: Of the n joints.
+        family: What an atlas says of the nearest family, if one was given: found by another way, and not used here.
     """
 
     exit: Exit
@@ -50,6 +61,7 @@ class WayOut:
     curvature: float
     turn: float
     joint_names: tuple[str, ...]
+    family: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "lost", readonly(self.lost))
@@ -57,15 +69,20 @@ class WayOut:
 
     @property
     def text(self) -> str:
-        """The verdict with its numbers, one sentence."""
+        """The verdict with its numbers, one sentence, and another one of the atlas."""
+        beside = f" Of the nearest family the atlas says: {self.family}." if self.family else ""
+        return f"{self._said}.{beside}"
+
+    @property
+    def _said(self) -> str:
         if self.exit is Exit.FREE:
-            return f"{self.exit.value}."
+            return str(self.exit.value)
         said = f"{self.share:.0%} of the command is lost: {self.exit.value}"
         if self.motion.any():
             said += f"; {self._joints()}"
         if self.exit is Exit.TURN_FIRST:
             said += f", by {self.turn:.2g} rad of the fastest joint until half of what is lost can be followed"
-        return f"{said}."
+        return said
 
     def __str__(self) -> str:
         return self.text

@@ -132,3 +132,46 @@ def test_the_text_tells_the_verdict_the_joints_and_the_turn():
     with pytest.raises(rik.InputError, match="threshold must be > 0 and < 1"):
         robot.way_out(q, u, threshold=2)
     assert beyond(robot, q, np.zeros(6)) == pytest.approx(robot.pose(q))
+
+
+@pytest.mark.parametrize("name", ["ur5", "puma560", "duleba_3r"])
+def test_what_the_atlas_says_of_the_family_stands_beside_the_verdict_and_agrees_with_it(name, rng):
+    kinds = rik.Exit
+    expected = {
+        "to one side only": {kinds.FOLD, kinds.END_OF_REACH},
+        "to both sides": {kinds.BOTH_WAYS},
+        "do not lead along it": {kinds.TURN_FIRST, kinds.STRUCTURAL},
+    }
+    robot, met = rik.load(name), set()
+    atlas = rik.find_singularities(robot, 1, starts=100, certify=False)
+    for row in atlas:
+        for values in row.samples[:: max(1, len(row.samples) // 20)]:
+            q = robot.configuration(values)
+            found = svd(robot.jacobian(q))
+            u = found.U[:, -1]
+            if found.s[-2] < 0.1 * found.s[0]:  # where two families cross, curvature fades
+                continue
+            exits = set()
+            for side in (1.0, -1.0):
+                way = robot.way_out(q, side * u, atlas=atlas)
+                assert way.family.startswith(f"on {row.words}, corank 1: ")
+                alone = robot.way_out(q, side * u).text
+                assert way.text == f"{alone} Of the nearest family the atlas says: {way.family}."
+                exits.add(way.exit)
+            for words, kind in expected.items():
+                if words in way.family:
+                    met.add(words)
+                    assert exits <= kind
+    assert met
+    beside = robot.way_out(robot.configuration(values + 0.02), np.ones(len(robot.rows)), atlas=atlas)
+    assert "rad from" in beside.family
+    assert beside.text.endswith(f"{beside.family}.")
+
+
+def test_an_atlas_is_about_the_tip_in_the_rows_of_the_robot():
+    robot = rik.load("planar_3r")
+    atlas = rik.find_singularities(robot, starts=60, certify=False)
+    q = robot.configuration([0.4, 0.7, -0.9])
+    with pytest.raises(rik.InputError, match="give neither frame nor rows with it"):
+        robot.way_out(q, [1.0], rows=("x",), atlas=atlas)
+    assert robot.way_out(q, [1.0, 0.0], atlas=atlas).family.count("corank") == 1

@@ -20,6 +20,9 @@ from robust_ik.singularities.trace.nearest_singularity import Nearest, nearest
 if TYPE_CHECKING:
     from robust_ik.singularities.trace.coupled_curves import Curve
 
+ON = 1e-6
+"""Distance up to which a configuration counts as one of a family, rad. Chosen: what polished points keep."""
+
 
 class NoSingularitiesError(RobustIKError):
     """The atlas holds no strata, or is not complete."""
@@ -153,6 +156,20 @@ class AtlasRecord:
         if not self.strata:
             raise NoSingularitiesError(f"{self.robot.name}: {self.explanation}")
         return nearest(self.robot, self.strata, self.robot.values(q))
+
+    @checked
+    def said_of(self, q: ArrayLike) -> str:
+        """The nearest family, how far away it is, what is lost there and where self-motions lead, as one clause.
+
+        Args:
+            q: Configuration, (n,) or (nq,).
+        """
+        if not self.strata:
+            return "no family is listed"
+        near = self.distance(q)
+        where = "on" if near.distance <= ON else f"{near.distance:.2g} rad from"
+        lost = "" if near.stratum.lost is None else f": {near.stratum.lost}"
+        return f"{where} {near.stratum.words}, corank {near.stratum.corank}{lost}"
 
     @checked
     def curves(self, stratum: Stratum) -> tuple[Curve, ...]:
