@@ -30,6 +30,8 @@ RESOLVERS = STRICT + [
     rik.TaskPriority((rik.SDLS(), rik.JParsePositionFirst(linear_rows=0), rik.Halley())),
     rik.TaskPriority(rik.MoorePenrose()),
     rik.TaskPriority(rik.FilteredInverse(rate=5.0)),
+    rik.TaskPriority(rik.SecondOrder()),
+    rik.TaskPriority(rik.SecondOrder(gamma=0.3, speed=0.5, acceleration=5.0), rik.QuadraticProgram()),
 ]
 
 SMALL_SIGMAS = [0.0, 1e-14, 1e-9, 1e-4]

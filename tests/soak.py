@@ -48,24 +48,31 @@ CHUNK = 5_000
 """Steps that one process takes at a time, from a seed of their own: results do not depend on how many there are."""
 
 
-def soak(robots, steps, seed):
+def soak(robots, steps, seed, only=""):
     """Runs of random resolvers, stacks, limits and starts; raises at the first broken promise.
+
+    Args:
+        robots: The robots, one after the other.
+        steps: Number of steps.
+        seed: Of everything random.
+        only: Resolvers are drawn whose text has this in it.
 
     Returns:
         How many steps went how, by status.
     """
     rng = np.random.default_rng(seed)
     counts = dict.fromkeys(rik.Status, 0)
+    chosen = [each for each in RESOLVERS if only in str(each)]
     for _, robot in zip(range(0, steps, RUN), itertools.cycle(robots)):
-        for status in one_run(robot, rng):
+        for status in one_run(robot, rng, chosen):
             counts[status] += 1
     return counts
 
 
-def one_run(robot, rng):
+def one_run(robot, rng, resolvers=RESOLVERS):
     """Statuses of a run; what broke a promise is in the message."""
     limits, near = random_limits(robot, rng), random_collisions(robot, rng)
-    resolver = RESOLVERS[rng.integers(len(RESOLVERS))]
+    resolver = resolvers[rng.integers(len(resolvers))]
     q, stack = random_start(robot, limits, rng), random_stack(robot, rng)
     yield from kept_run(robot, rng, limits, near, resolver, q, stack, RUN)
 
@@ -226,8 +233,8 @@ def load_robots():
     return [rik.load(name, **how) for name, how in ROBOTS.items()]
 
 
-def chunk(steps, seed):
-    return soak(load_robots(), steps, seed)
+def chunk(steps, seed, only=""):
+    return soak(load_robots(), steps, seed, only)
 
 
 LOOPS = 50
@@ -282,13 +289,13 @@ ARRIVED = 1e-3
 """A motion has arrived that ends nearer than this, m."""
 
 
-def soak_steps(wanted, seed, pool):
+def soak_steps(wanted, seed, pool, only=""):
     sizes = [min(CHUNK, wanted - done) for done in range(0, wanted, CHUNK)]
     seeds = np.random.SeedSequence(seed).spawn(len(sizes))
     counts, started = Counter(dict.fromkeys(rik.Status, 0)), time.perf_counter()
     with Progress() as bar:
         task = bar.add_task("steps", total=wanted)
-        for size, found in zip(sizes, pool.map(chunk, sizes, seeds)):
+        for size, found in zip(sizes, pool.map(chunk, sizes, seeds, itertools.repeat(only))):
             counts.update(found)
             bar.update(task, advance=size)
     seconds = time.perf_counter() - started
@@ -379,6 +386,7 @@ def soak_prepared(wanted, seed, pool):
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--steps", type=int, default=1_000_000)
+    parser.add_argument("--only", default="", help="steps only of resolvers with this in their text, as SecondOrder")
     parser.add_argument("--prepared", type=int, default=10_000_000, help="steps of prepared loops, many side by side")
     parser.add_argument("--loops", type=int, default=20_000, help="whole motions")
     parser.add_argument(
@@ -391,7 +399,7 @@ def main():
     arguments = parser.parse_args()
     with ProcessPoolExecutor(arguments.jobs) as pool:
         if arguments.steps:
-            soak_steps(arguments.steps, arguments.seed, pool)
+            soak_steps(arguments.steps, arguments.seed, pool, arguments.only)
         if arguments.prepared:
             soak_prepared(arguments.prepared, arguments.seed, pool)
         told = arguments.loops, arguments.seed, pool, arguments.surroundings, arguments.minutes
