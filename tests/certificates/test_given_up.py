@@ -53,3 +53,17 @@ def test_a_case_that_stays_open_ends_quick_work_and_not_thorough_work():
     assert any(node.reason == "another case is open or implicit" for node in short.nodes)
     assert not any(node.reason == "another case is open or implicit" for node in long.nodes)
     assert Effort.thorough().whole
+
+
+def test_a_split_whose_cases_grow_faster_than_its_steps_allow_is_given_up_while_many_are_left():
+    soon = proof("srs_10r", 1, Effort.quick(10))
+    late = replace(Effort.quick(10), whole=True)
+    assert soon.status == proof("srs_10r", 1, late).status == "open"
+    looked_at = [node for node in soon.nodes if node.reason != "too large: no steps are left"]
+    assert 20 < len(looked_at) < 0.5 * len(soon.nodes)
+
+
+def test_a_proof_that_needs_nearly_all_of_its_steps_is_not_given_up():
+    effort = Effort.quick(10)
+    assert proof("srs_10r", 3, effort).status == "proved"
+    assert effort.steps < 0.1 * Effort.quick(10).steps
