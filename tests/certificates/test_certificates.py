@@ -14,12 +14,14 @@ from functools import cache
 
 import numpy as np
 import pytest
+from numpy.testing import assert_array_equal
 
 import robust_ik as rik
 from robust_ik.certificates import CertificateError, Proof, certify, check, leaves, word
 from robust_ik.certificates.certify import _in_a_process, certify_exact, plain_arm
 from robust_ik.certificates.effort import Effort
 from robust_ik.certificates.proof.case_tree import Form, Node, Source, State
+from robust_ik.certificates.proof.leaf_points import members
 from robust_ik.certificates.proof.proof_leaves import LeafPlace
 from robust_ik.certificates.proof.real_roots import real_root_count, real_roots
 from robust_ik.certificates.prover import factoring
@@ -109,6 +111,16 @@ def test_the_five_families_of_panda():
     with_q5 = [place for place in places("panda", 1) if set(place.angles) == {4}]
     assert {place.relations[0].joints for place in with_q5} == {(3, 5)}
     assert all(len(leaf.places) == 2 for leaf in leaves(proof("panda", 1)) if len(leaf.node.state.field) == 3)
+
+
+@pytest.mark.parametrize("name, corank", [("puma560", 1), ("panda", 1), ("srs_7r", 2)])
+def test_what_holds_at_a_place_is_what_deviates_from_it_by_little(name, corank, rng):
+    for place in places(name, corank):
+        on = members(place, rng, 20)
+        values = np.concatenate([on, on + rng.choice([0, 1e-6, 1e-4, 1], on.shape), rng.uniform(-3, 3, on.shape)])
+        for tolerance in (1e-9, 1e-5, 0.1):
+            assert_array_equal(place.holds(values, tolerance), place.residual(values) <= tolerance)
+        assert len(on) == 0 or place.holds(on, 1e-9).all()
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,8 @@ from robust_ik.kinematics.svd import svd
 from robust_ik.singularities.atlas.atlas_json import to_plain
 from robust_ik.singularities.atlas.evidence import Completeness
 from robust_ik.singularities.atlas.find_singularities import find_singularities
+from robust_ik.singularities.conditions import relation_bases
+from robust_ik.singularities.families import coupled_joints
 from robust_ik.singularities.families.degenerate_leaves import degenerate_leaves
 from robust_ik.singularities.families.leaf import sound
 from robust_ik.singularities.families.leaf_guesses import completed
@@ -222,6 +224,30 @@ def test_a_relation_is_not_told_twice_with_other_joints_set_free():
     assert (row.dimension, row.free) == (3, (0,))
     assert len(row.relations) == 1
     assert atlas.evidence[0].unmatched == 0
+
+
+@pytest.mark.parametrize("odd", [False, True])
+def test_larger_circuits_are_left_out_only_where_none_of_them_can_be_shorter(odd, monkeypatch):
+    """On the srs_10r relations of corank 2 join three of five coupled joints; four are joined by what follows."""
+    robot, met = rik.load("srs_10r"), 0
+    conditions, leaves_out = coupled_joints._conditions, relation_bases.fewest_terms
+
+    def both(groups, values, normals, count, **options):
+        nonlocal met
+        quick = conditions(groups, values, normals, count, odd=odd)
+        with monkeypatch.context() as patch:
+            patch.setattr(coupled_joints, "fewest_terms", lambda size, *, odd: -1)
+            slow = conditions(groups, values, normals, count, odd=odd)
+        assert [group for group, _ in quick] == [group for group, _ in slow]
+        assert [each and each.terms for _, each in quick] == [each and each.terms for _, each in slow]
+        met += len(groups) > 0 and len(quick) > 0 and quick[0][1] is not None
+        return conditions(groups, values, normals, count, **options)
+
+    monkeypatch.setattr(coupled_joints, "_conditions", both)
+    find_singularities(robot, 2, starts=60, certify=False)
+    assert met
+    assert leaves_out(3, odd=odd) == 1
+    assert leaves_out(4, odd=odd) == (1 if odd else 4)
 
 
 @pytest.mark.slow

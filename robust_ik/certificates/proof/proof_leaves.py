@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robust_ik.certificates.proof.case_tree import RATIONAL, Coefficients, ExactPin, Node
 from robust_ik.certificates.proof.joint_relations import JointRelation, relation, shown, shown_length
@@ -16,6 +18,8 @@ from robust_ik.certificates.proof.proof_arm import Arm
 from robust_ik.certificates.proof.real_roots import real_roots
 from robust_ik.checks import Array
 from robust_ik.checks.public_arguments import checked
+
+Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,10 +48,25 @@ class LeafPlace:
         of a relation's left side.
         """
         q = np.asarray(values, dtype=float)
-        parts = [np.abs(np.sin((q[..., joint] - angle) / 2)) for joint, angle in self.angles.items()]
-        parts += [np.abs(q[..., joint] - length) for joint, length in self.lengths.items()]
-        parts += [np.abs(each.value(q)) for each in self.relations]
+        parts = (deviation(q) for deviation in self._deviations)
         return np.asarray(np.max(np.stack([np.zeros(q.shape[:-1]), *parts]), axis=0))
+
+    def holds(self, values: Array, tolerance: float) -> Mask:
+        """Which joint values (N, n) deviate by no more than a tolerance, (N,): what is far off is told soon."""
+        q = np.asarray(values, dtype=float)
+        left = np.arange(len(q))
+        for deviation in self._deviations:
+            left = left[deviation(q[left]) <= tolerance]
+        result = np.zeros(len(q), dtype=bool)
+        result[left] = True
+        return result
+
+    @cached_property
+    def _deviations(self) -> tuple[Callable[[Array], Array], ...]:
+        """The deviation from each condition, (..., n) → (...)."""
+        pins = [partial(_off_angle, joint, angle) for joint, angle in self.angles.items()]
+        pins += [partial(_off_length, joint, length) for joint, length in self.lengths.items()]
+        return (*pins, *(partial(_off_relation, each) for each in self.relations))
 
     def __str__(self) -> str:
         pins = {joint: shown(math.degrees(angle)) for joint, angle in self.angles.items()}
@@ -120,6 +139,18 @@ def leaves(proof: Proof) -> tuple[ProofLeaf, ...]:
     if proof.arm is None:
         return ()
     return tuple(ProofLeaf(proof.arm, node, proof.is_implicit(node)) for node in proof.leaves)
+
+
+def _off_angle(joint: int, angle: float, values: Array) -> Array:
+    return np.asarray(np.abs(np.sin((values[..., joint] - angle) / 2)))
+
+
+def _off_length(joint: int, length: float, values: Array) -> Array:
+    return np.asarray(np.abs(values[..., joint] - length))
+
+
+def _off_relation(relation: JointRelation, values: Array) -> Array:
+    return np.asarray(np.abs(relation.value(values)))
 
 
 def _angle(pin: ExactPin, theta: float) -> float:

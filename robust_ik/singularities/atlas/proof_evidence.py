@@ -88,7 +88,7 @@ class ProofOutcome:
         """
         wanted = (self.coranks == self.proof.corank) | (not only)
         curves, plain = [leaf for leaf in listed if leaf.curve], [leaf for leaf in listed if not leaf.curve]
-        met = [tuple(bool((each.residual(leaf.samples) <= STRAY).any()) for leaf in curves) for each in self.places]
+        met = [tuple(bool(each.holds(leaf.samples, STRAY).any()) for leaf in curves) for each in self.places]
         lacking = np.array(wanted)
         for alike in dict.fromkeys(met):
             points = np.flatnonzero(wanted & np.array([each == alike for each in met])[self.owners])
@@ -112,7 +112,7 @@ class ProofOutcome:
             ]
         )
         for each in self.places:
-            values = values[each.residual(values) > STRAY]
+            values = values[~each.holds(values, STRAY)]
         return len(values)
 
     def judged(self, evidence: Evidence, unlisted: int, strays: int) -> Evidence:

@@ -77,6 +77,16 @@ def product_bases(angles: Sequence[Angle]) -> list[Basis]:
     return [Basis(tuple((angle, 2) for angle in angles))] if 3 ** len(angles) <= MOST_TERMS else []
 
 
+def fewest_terms(angles: int, *, odd: bool) -> int:
+    """Fewest terms of a relation between so many angles: where no products fit in a basis, each angle has its own.
+
+    Args:
+        angles: Their number.
+        odd: Whether `other_bases` are tried, too.
+    """
+    return 1 if odd or 3**angles <= MOST_TERMS else angles
+
+
 def other_bases(angles: Sequence[Angle]) -> list[Basis]:
     """Bases of products of other degrees for each angle, small ones first; for single joints only."""
     return [Basis(tuple(zip(angles, each))) for each in _degrees(len(angles)) if _natural(angles, each)]

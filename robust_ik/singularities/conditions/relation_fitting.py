@@ -57,48 +57,68 @@ def simplest(
         odd: Whether to try half angles and higher degrees too, and points close together: of one component only.
         known: Values of functions at these points, kept from one call to the next.
     """
+    return simplest_each([choices], values, odd=odd, known=known)[0]
+
+
+def simplest_each(
+    groups: Sequence[Sequence[Sequence[Angle]]], values: Array, *, odd: bool = False, known: Known | None = None
+) -> list[Relation | None]:
+    """`simplest` of each group, whose bases are tried together."""
     known = {} if known is None else known
     plain: tuple[Stage, ...] = (linear_bases, product_bases)
     strict, exact = (FITS, UNIQUE), (EXACT, RESOLVED)
     stages = [(stage, strict) for stage in (*plain, *([other_bases] if odd else []))]
+    found: list[Relation | None] = [None] * len(groups)
     for stage, limits in (*stages, *((stage, exact) for stage in plain if odd)):
-        bases = _hopeful([stage(angles) for angles in choices], values, limits, known)
-        fits = (_first_fit(each, values, limits, known) for each in bases)
         most = SHORT_ODD if stage is other_bases else SHORT
-        short = [each for each in fits if each is not None and len(each.terms) <= most]
-        if short:
-            return min(short, key=lambda relation: (len(relation.terms), _factors(relation)))
-    return None
+        bases = {place: [stage(angles) for angles in groups[place]] for place, each in enumerate(found) if each is None}
+        hopeful = _hopeful([basis for each in bases.values() for some in each for basis in some], values, limits, known)
+        for place, each in bases.items():
+            tried = [[basis for basis in some if basis in hopeful] for some in each]
+            fits = [_first_fit(some, values, limits, known) for some in tried if some]
+            short = [relation for relation in fits if relation is not None and len(relation.terms) <= most]
+            if short:
+                found[place] = min(short, key=lambda relation: (len(relation.terms), _factors(relation)))
+    return found
 
 
-def _hopeful(choices: Sequence[list[Basis]], values: Array, limits: Limits, known: Known) -> list[list[Basis]]:
-    """Of each list the bases in which one relation may fit, and for which there are points enough."""
+def _hopeful(bases: Sequence[Basis], values: Array, limits: Limits, known: Known) -> set[Basis]:
+    """The bases in which one relation may fit, and for which there are points enough."""
     by_size: dict[int, list[Basis]] = {}
-    for basis in dict.fromkeys(basis for bases in choices for basis in bases):
+    for basis in dict.fromkeys(bases):
         if len(values) >= 2 * len(basis):
             by_size.setdefault(len(basis), []).append(basis)
     hopeful: set[Basis] = set()
-    for bases in by_size.values():
-        for first in range(0, len(bases), TOGETHER):
-            tried = bases[first : first + TOGETHER]
+    for alike in by_size.values():
+        for first in range(0, len(alike), TOGETHER):
+            tried = alike[first : first + TOGETHER]
             may = _may_fit(np.stack([basis.at(values, known) for basis in tried]), limits)
             hopeful.update(tried[int(place)] for place in np.flatnonzero(may))
-    return [[basis for basis in bases if basis in hopeful] for bases in choices]
+    return hopeful
 
 
 def _may_fit(products: Array, limits: Limits) -> Mask:
     """Whether just one combination of products (B, N, t) may vanish at all points but outliers, (B,).
 
-    Eigenvalues of AᵀA are quick, and are squares: they tell 1e-6 from 0, but not 1e-8. Where no point stands out of the
-    best combination, none is left out of the fit that `_null_vector` makes. Two that vanish at all points do at fewer.
+    Eigenvalues of AᵀA are quick, and are squares: they tell 1e-6 from 0, but not 1e-8. Points are left out as
+    `_null_vector` does. Two combinations that vanish at all points do at fewer.
     """
-    squares, vectors = np.linalg.eigh(np.swapaxes(products, 1, 2) @ products)
-    sizes = np.abs(products @ vectors[:, :, :1])[..., 0]
-    zero = squares <= (TOLD_APART**2 * squares[:, -1:])
-    result = zero[:, 0] | (sizes.max(axis=1) > _outlying(sizes))
-    if limits[1] > TOLD_APART and products.shape[2] > 1:
-        result &= ~zero[:, 1]
-    return np.asarray(result)
+    result = np.zeros(len(products), dtype=bool)
+    tried, kept = np.arange(len(products)), np.ones(products.shape[:2], dtype=bool)
+    for fit in range(TRIMS):
+        part = products[tried]
+        used = part * kept[..., None] if fit else part
+        squares, vectors = np.linalg.eigh(np.swapaxes(used, 1, 2) @ used)
+        zero = squares <= (TOLD_APART**2 * squares[:, -1:])
+        if limits[1] > TOLD_APART and products.shape[2] > 1:
+            zero[:, 0] &= ~zero[:, 1]
+        result[tried] = zero[:, 0]
+        sizes = np.abs(part @ vectors[:, :, :1])[..., 0]
+        within = sizes <= _outlying(sizes)[:, None]
+        enough = kept.sum(axis=1) >= 2 * products.shape[2]
+        more = ~zero[:, 0] & enough & (kept & ~within).any(axis=1)
+        tried, kept = tried[more], within[more]
+    return result
 
 
 def _outlying(sizes: Array) -> Array:

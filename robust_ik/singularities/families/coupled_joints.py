@@ -5,9 +5,10 @@ Arrays only.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import product
+from itertools import groupby, product
 
 import numpy as np
 
@@ -15,8 +16,8 @@ from robust_ik.checks import Array
 from robust_ik.kinematics.svd import singular_values
 from robust_ik.singularities.conditions.angle_sums import Angle, candidates
 from robust_ik.singularities.conditions.dependent_angles import INDEPENDENT, Circuit, circuit_groups, independent
-from robust_ik.singularities.conditions.relation_bases import Known
-from robust_ik.singularities.conditions.relation_fitting import SHORT, simplest
+from robust_ik.singularities.conditions.relation_bases import Known, fewest_terms
+from robust_ik.singularities.conditions.relation_fitting import SHORT, simplest_each
 from robust_ik.singularities.conditions.trig_relations import Relation
 from robust_ik.singularities.families.leaf import Leaf, Pin, nice
 from robust_ik.singularities.find.tangent_walk import tangents, walk
@@ -76,10 +77,13 @@ def _first(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> Leaf:
     leaf = replace(leaf, pins=(*leaf.pins, *(pin for _, pin in still)))
     values = leaf.samples[leaf.holds(leaf.samples)]
     coupled = [group for group in groups if _still(group, path) is None]
-    chosen = _conditions(coupled, values, [group[0].normals for group, _ in still], codimension)
+    normals = [group[0].normals for group, _ in still]
+    chosen = _conditions(coupled, values, normals, codimension)
     if any(relation is None for _, relation in chosen):
         longer = _walked(chain, path[:WALKERS], leaf, LONG_WALK, rng)
-        chosen = _conditions(coupled, longer, [group[0].normals for group, _ in still], codimension, odd=True)
+        chosen = _conditions(coupled, longer, normals, codimension)
+        if any(relation is None for _, relation in chosen):
+            chosen = _conditions(coupled, longer, normals, codimension, odd=True)
     relations = tuple(relation for _, relation in chosen if relation is not None)
     spoken = {joint for _, pin in still for joint in pin.angle.joints} | {j for r in relations for j in r.joints}
     unspoken = set(leaf.curve) - spoken
@@ -94,19 +98,39 @@ def _first(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> Leaf:
 def _conditions(
     groups: list[list[Circuit]], values: Array, normals: list[Array], count: int, *, odd: bool = False
 ) -> list[tuple[list[Circuit], Relation | None]]:
-    """The circuits with the shortest relations that, together with known normals, have the full codimension."""
+    """The circuits with the shortest relations that, together with known normals, have the full codimension.
+
+    Circuits come by size: larger ones are not looked at where none of them can have a shorter relation.
+    """
     known: Known = {}
-    fitted = [
-        (group, _own(group, simplest([circuit.angles for circuit in group], values, odd=odd, known=known)))
-        for group in groups
-    ]
-    fitted.sort(key=lambda pair: (len(pair[0][0].joints), SHORT + 1) if pair[1] is None else (0, len(pair[1].terms)))
+    fitted: list[tuple[list[Circuit], Relation | None]] = []
+    chosen: list[tuple[list[Circuit], Relation | None]] = []
+    for size, alike in groupby(groups, key=lambda group: len(group[0].angles)):
+        if chosen and len(normals) + len(chosen) == count and _longest(chosen) <= fewest_terms(size, odd=odd):
+            break
+        same = list(alike)
+        relations = simplest_each([[each.angles for each in group] for group in same], values, odd=odd, known=known)
+        fitted += [(group, _own(group, relation)) for group, relation in zip(same, relations)]
+        chosen = _shortest(fitted, normals, count)
+    return chosen
+
+
+def _shortest(
+    fitted: Sequence[tuple[list[Circuit], Relation | None]], normals: Sequence[Array], count: int
+) -> list[tuple[list[Circuit], Relation | None]]:
+    """Those of independent circuits, short relations first, until there are as many normals as are wanted."""
     chosen, normals = [], list(normals)
-    for group, relation in fitted:
+    key = lambda pair: (len(pair[0][0].joints), SHORT + 1) if pair[1] is None else (0, len(pair[1].terms))  # noqa: E731
+    for group, relation in sorted(fitted, key=key):
         if len(normals) < count and independent([*normals, group[0].normals]):
             normals.append(group[0].normals)
             chosen.append((group, relation))
     return chosen
+
+
+def _longest(chosen: Sequence[tuple[list[Circuit], Relation | None]]) -> float:
+    """Terms of the longest relation; endless where one is missing."""
+    return max(math.inf if relation is None else len(relation.terms) for _, relation in chosen)
 
 
 def _own(group: Sequence[Circuit], relation: Relation | None) -> Relation | None:

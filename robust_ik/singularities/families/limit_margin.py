@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from robust_ik.checks import Array
-from robust_ik.singularities.conditions.angle_sums import wrapped
-from robust_ik.singularities.families.leaf import Leaf, Pin
+from robust_ik.singularities.conditions.angle_sums import Angle, wrapped
+from robust_ik.singularities.families.leaf import Leaf
 from robust_ik.singularities.find.rank_residual import Residual
 from robust_ik.singularities.find.tangent_walk import polish, readable_at, tangents_at
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
@@ -35,12 +35,12 @@ def slack(values: Array, lower: Array, upper: Array, period: Array) -> Array:
     return np.asarray(np.where(~both & np.isfinite(period), np.inf, inside))
 
 
-def pin_slack(pin: Pin, lower: Array, upper: Array) -> float:
-    """The slack of a pinned angle, shared evenly by the joints of a sum."""
-    joints, signs = list(pin.angle.joints), np.array(pin.angle.signs)
+def angle_slack(angle: Angle, values: Array, lower: Array, upper: Array) -> Array:
+    """The slack of an angle pinned at each of the values (V,), shared evenly by the joints of a sum, (V,)."""
+    joints, signs = list(angle.joints), np.array(angle.signs)
     ends = np.sort(np.stack([signs * lower[joints], signs * upper[joints]]), axis=0).sum(axis=1)
-    alone = slack(np.array([pin.value]), ends[:1], ends[1:], np.array([pin.angle.period]))
-    return float(alone[0]) / len(joints)
+    alone = slack(np.asarray(values)[:, None], ends[:1], ends[1:], np.array([angle.period]))
+    return np.asarray(alone[:, 0] / len(joints))
 
 
 def margins(chain: ScrewChain, leaves: Sequence[Leaf], lower: Array, upper: Array) -> list[float]:
@@ -52,20 +52,32 @@ def margins(chain: ScrewChain, leaves: Sequence[Leaf], lower: Array, upper: Arra
         lower: Lower limits, (n,), rad or m; −∞ for none.
         upper: Upper limits.
     """
-    plain = [_apart(leaf, lower, upper) for leaf in leaves]
+    plain = [float(each) for each in _apart(leaves, lower, upper)]
     joints = list(leaves[0].coupled)
     if not joints:
         return plain
     return [min(pair) for pair in zip(plain, _climbed(chain, leaves, joints, lower, upper))]
 
 
-def _apart(leaf: Leaf, lower: Array, upper: Array) -> float:
-    """The least slack of free joints, which may be in the middle, and of pinned angles; infinite without limits."""
-    best = np.inf
-    for joint in leaf.free:
+def _apart(leaves: Sequence[Leaf], lower: Array, upper: Array) -> Array:
+    """The least slack of free joints, which may be in the middle, and of pinned angles; infinite without limits.
+
+    Args:
+        leaves: The leaves of one row, which differ by their values.
+        lower: Lower limits, (n,).
+        upper: Upper limits.
+
+    Returns:
+        One for each leaf, (leaves,).
+    """
+    best = np.full(len(leaves), np.inf)
+    for joint in leaves[0].free:
         if np.isfinite(lower[joint]) and np.isfinite(upper[joint]):
-            best = min(best, float(upper[joint] - lower[joint]) / 2)
-    return min([best, *(pin_slack(pin, lower, upper) for pin in leaf.pins)])
+            best = np.minimum(best, (upper[joint] - lower[joint]) / 2)
+    values = np.stack([leaf.values for leaf in leaves])
+    for place, pin in enumerate(leaves[0].pins):
+        best = np.minimum(best, angle_slack(pin.angle, values[:, place], lower, upper))
+    return best
 
 
 def _climbed(chain: ScrewChain, leaves: Sequence[Leaf], joints: list[int], lower: Array, upper: Array) -> list[float]:

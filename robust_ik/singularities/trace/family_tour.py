@@ -10,7 +10,7 @@ import numpy as np
 from robust_ik.checks import Array, readonly
 from robust_ik.singularities.conditions.robot_facts import RobotFacts
 from robust_ik.singularities.families.leaf import Leaf
-from robust_ik.singularities.families.limit_margin import pin_slack, slack
+from robust_ik.singularities.families.limit_margin import angle_slack, slack
 from robust_ik.singularities.families.stratum import Stratum
 from robust_ik.singularities.find.tangent_walk import relative_sigmas
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
@@ -73,7 +73,8 @@ def _best_leaf(facts: RobotFacts, stratum: Stratum) -> Leaf:
     """The leaf deepest inside the limits; among equals the one with the smallest angles."""
 
     def depth(leaf: Leaf) -> tuple[float, float]:
-        room = min((pin_slack(pin, facts.lower, facts.upper) for pin in leaf.pins), default=np.inf)
+        slacks = (angle_slack(pin.angle, np.array([pin.value]), facts.lower, facts.upper) for pin in leaf.pins)
+        room = min((float(each[0]) for each in slacks), default=np.inf)
         near = slack(leaf.samples, facts.lower, facts.upper, facts.chain.period)[:, list(leaf.coupled)]
         room = min(room, float(near.min(axis=1).max())) if leaf.coupled else room
         return min(room, EDGE), -sum(abs(pin.value) for pin in leaf.pins)
