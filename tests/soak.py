@@ -48,7 +48,7 @@ CHUNK = 5_000
 """Steps that one process takes at a time, from a seed of their own: results do not depend on how many there are."""
 
 
-def soak(robots, steps, seed, only=""):
+def soak(robots, steps, seed, only="", colliding=None):
     """Runs of random resolvers, stacks, limits and starts; raises at the first broken promise.
 
     Args:
@@ -56,6 +56,7 @@ def soak(robots, steps, seed, only=""):
         steps: Number of steps.
         seed: Of everything random.
         only: Resolvers are drawn whose text has this in it.
+        colliding: The share of runs that keep links from each other and from obstacles; default COLLIDING.
 
     Returns:
         How many steps went how, by status.
@@ -64,14 +65,14 @@ def soak(robots, steps, seed, only=""):
     counts = dict.fromkeys(rik.Status, 0)
     chosen = [each for each in RESOLVERS if only in str(each)]
     for _, robot in zip(range(0, steps, RUN), itertools.cycle(robots)):
-        for status in one_run(robot, rng, chosen):
+        for status in one_run(robot, rng, chosen, colliding):
             counts[status] += 1
     return counts
 
 
-def one_run(robot, rng, resolvers=RESOLVERS):
+def one_run(robot, rng, resolvers=RESOLVERS, colliding=None):
     """Statuses of a run; what broke a promise is in the message."""
-    limits, near = random_limits(robot, rng), random_collisions(robot, rng)
+    limits, near = random_limits(robot, rng), random_collisions(robot, rng, colliding)
     resolver = resolvers[rng.integers(len(resolvers))]
     q, stack = random_start(robot, limits, rng), random_stack(robot, rng)
     yield from kept_run(robot, rng, limits, near, resolver, q, stack, RUN)
@@ -156,9 +157,9 @@ def random_limits(robot, rng):
     )
 
 
-def random_collisions(robot, rng):
+def random_collisions(robot, rng, share=None):
     """Mostly none; else the robot's own links and things that stand where it moves, sometimes in the middle of it."""
-    if rng.random() >= COLLIDING:
+    if rng.random() >= (COLLIDING if share is None else share):
         return None
     distance, gain = float(rng.choice([0.0, 0.02])), float(rng.choice([10.0, 1e4]))
     return collisions_of(robot, int(rng.integers(4)), distance, gain)
@@ -233,8 +234,8 @@ def load_robots():
     return [rik.load(name, **how) for name, how in ROBOTS.items()]
 
 
-def chunk(steps, seed, only=""):
-    return soak(load_robots(), steps, seed, only)
+def chunk(steps, seed, only="", colliding=None):
+    return soak(load_robots(), steps, seed, only, colliding)
 
 
 LOOPS = 50
@@ -289,13 +290,13 @@ ARRIVED = 1e-3
 """A motion has arrived that ends nearer than this, m."""
 
 
-def soak_steps(wanted, seed, pool, only=""):
+def soak_steps(wanted, seed, pool, only="", colliding=None):
     sizes = [min(CHUNK, wanted - done) for done in range(0, wanted, CHUNK)]
     seeds = np.random.SeedSequence(seed).spawn(len(sizes))
     counts, started = Counter(dict.fromkeys(rik.Status, 0)), time.perf_counter()
     with Progress() as bar:
         task = bar.add_task("steps", total=wanted)
-        for size, found in zip(sizes, pool.map(chunk, sizes, seeds, itertools.repeat(only))):
+        for size, found in zip(sizes, pool.map(chunk, sizes, seeds, *map(itertools.repeat, (only, colliding)))):
             counts.update(found)
             bar.update(task, advance=size)
     seconds = time.perf_counter() - started
@@ -387,6 +388,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--steps", type=int, default=1_000_000)
     parser.add_argument("--only", default="", help="steps only of resolvers with this in their text, as SecondOrder")
+    parser.add_argument("--colliding", type=float, default=COLLIDING, help="share of these with collision limits")
     parser.add_argument("--prepared", type=int, default=10_000_000, help="steps of prepared loops, many side by side")
     parser.add_argument("--loops", type=int, default=20_000, help="whole motions")
     parser.add_argument(
@@ -399,7 +401,7 @@ def main():
     arguments = parser.parse_args()
     with ProcessPoolExecutor(arguments.jobs) as pool:
         if arguments.steps:
-            soak_steps(arguments.steps, arguments.seed, pool, arguments.only)
+            soak_steps(arguments.steps, arguments.seed, pool, arguments.only, arguments.colliding)
         if arguments.prepared:
             soak_prepared(arguments.prepared, arguments.seed, pool)
         told = arguments.loops, arguments.seed, pool, arguments.surroundings, arguments.minutes
