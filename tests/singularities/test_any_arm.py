@@ -485,7 +485,7 @@ def test_a_leaf_without_members_is_no_leaf():
     chain = ScrewChain.of(rik.load(DATA / "scara.urdf"))
     pin = Pin(Angle((1,), (1,), 2 * np.pi), 0.0)
     leaf = Leaf(1, 3, (pin,), (), (0, 2, 3), (), np.zeros((0, 4)))
-    assert not verified(chain, leaf, np.random.default_rng(0))
+    assert verified(chain, [leaf], np.random.default_rng(0)) == [False]
 
 
 def test_points_that_nothing_explains_are_an_estimate_not_an_interruption(monkeypatch):

@@ -41,12 +41,19 @@ def count_components(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) ->
     """
     if not leaf.relations and not leaf.curve:
         return 1, True
-    pinned = {joint for pin in leaf.pins if len(pin.angle.joints) == 1 for joint in pin.angle.joints}
-    if len(leaf.relations) == 1 and not leaf.curve and len(leaf.pins) == len(pinned):
+    if len(leaf.relations) == 1 and not leaf.curve:
+        pinned = {joint for pin in leaf.pins if len(pin.angle.joints) == 1 for joint in pin.angle.joints}
         joints = [joint for joint in leaf.relations[0].joints if joint not in pinned]
-        if len(joints) in GRID and (count := _on_grid(chain, leaf, joints)):
+        follow = _followers(leaf, pinned | set(joints))
+        if follow and len(joints) in GRID and (count := _on_grid(chain, leaf, joints)):
             return count, False
     return _linked(chain, leaf, rng), False
+
+
+def _followers(leaf: Leaf, known: set[int]) -> bool:
+    """Whether each pinned sum of joints has one joint of its own that follows the others, so that pieces stay apart."""
+    sums = [set(pin.angle.joints) - known for pin in leaf.pins if len(pin.angle.joints) > 1]
+    return all(len(each) == 1 for each in sums) and len(set().union(*sums)) == len(sums)
 
 
 def _on_grid(chain: ScrewChain, leaf: Leaf, joints: list[int]) -> int:
@@ -54,9 +61,12 @@ def _on_grid(chain: ScrewChain, leaf: Leaf, joints: list[int]) -> int:
     cells = GRID[len(joints)]
     axes = [np.linspace(chain.lower[joint], chain.upper[joint], cells + 1) + 0.01234 for joint in joints]
     values = np.zeros((*(len(axis) for axis in axes), chain.n))
+    for pin in leaf.pins:
+        if len(pin.angle.joints) == 1:
+            values[..., pin.angle.joints[0]] = pin.angle.signs[0] * pin.value
     for joint, grid in zip(joints, np.meshgrid(*axes, indexing="ij")):
         values[..., joint] = grid
-    f = leaf.relations[0].of(leaf.pinned(values))
+    f = leaf.relations[0].of(values)
     corners = [f[tuple(slice(o, o + cells) for o in offset)] for offset in product((0, 1), repeat=len(joints))]
     crossed = (np.min(corners, axis=0) < 0) & (np.max(corners, axis=0) > 0)
     numbers, count = scipy.ndimage.label(crossed)

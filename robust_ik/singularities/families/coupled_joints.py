@@ -81,9 +81,7 @@ def _first(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> Leaf:
     chosen = _conditions(coupled, values, normals, codimension)
     if any(relation is None for _, relation in chosen):
         longer = _walked(chain, path[:WALKERS], leaf, LONG_WALK, rng)
-        chosen = _conditions(coupled, longer, normals, codimension)
-        if any(relation is None for _, relation in chosen):
-            chosen = _conditions(coupled, longer, normals, codimension, odd=True)
+        chosen = _conditions(coupled, longer, normals, codimension, odd=True)
     relations = tuple(relation for _, relation in chosen if relation is not None)
     spoken = {joint for _, pin in still for joint in pin.angle.joints} | {j for r in relations for j in r.joints}
     unspoken = set(leaf.curve) - spoken

@@ -168,41 +168,85 @@ def cleaned(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> Leaf:
     return replace(leaf, samples=leaf.samples[kept]) if kept.any() else leaf
 
 
-def verified(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> bool:
-    """Whether its conditions leave this dimension, and random members have exactly this corank and this dimension."""
+def sound(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> bool:
+    """Whether a leaf passes all tests: members singular for any values of free joints, and no needless condition."""
+    return sound_each(chain, [leaf], rng)[0]
+
+
+def sound_each(chain: ScrewChain, leaves: Sequence[Leaf], rng: np.random.Generator) -> list[bool]:
+    """`sound` of each of some leaves of one corank, whose members are tested together."""
+    result = verified(chain, leaves, rng)
+    places = [place for place, good in enumerate(result) if good]
+    for place, needless in zip(places, superfluous(chain, [leaves[place] for place in places], rng)):
+        result[place] = not needless
+    return result
+
+
+def verified(chain: ScrewChain, leaves: Sequence[Leaf], rng: np.random.Generator) -> list[bool]:
+    """Whether the conditions of leaves leave their dimensions, and random members have exactly corank and dimension."""
+    places = [place for place, leaf in enumerate(leaves) if _fits(chain, leaf)]
+    result = [False] * len(leaves)
+    if not places:
+        return result
+    values = np.concatenate([leaves[place].filled(chain, rng) for place in places])
+    weakest = chain.full_rank - leaves[0].corank
+    sigmas = relative_sigmas(chain, values)
+    exactly = sigmas[:, weakest - 1] >= SAME_CORANK if weakest else np.ones(len(values), dtype=bool)
+    clear, dimensions = readable(chain, values, leaves[0].corank)
+    for place, *parts in zip(places, *(np.split(each, len(places)) for each in (sigmas, exactly, clear, dimensions))):
+        result[place] = _as_told(leaves[place], parts[0][:, weakest], *parts[1:])
+    return result
+
+
+def _fits(chain: ScrewChain, leaf: Leaf) -> bool:
+    """Whether there are samples, and as many conditions as leave the dimension."""
     left = chain.n - len(leaf.pins) - len(leaf.relations)
     fits = leaf.dimension < left if leaf.curve else leaf.dimension == left
-    if not (fits and len(leaf.samples)):
+    return bool(fits and len(leaf.samples))
+
+
+def _as_told(leaf: Leaf, lost: Array, exactly: Mask, clear: Mask, dimensions: Array) -> bool:
+    """Whether random members of a leaf are as it tells.
+
+    Args:
+        leaf: The leaf.
+        lost: The largest σ/σ₁ that its corank says is 0, (FILLS,).
+        exactly: Whether the one before is not, (FILLS,).
+        clear: Whether the dimension is clear, (FILLS,).
+        dimensions: The dimensions, (FILLS,).
+    """
+    if not np.all(lost < (FOLDED if leaf.folded and not leaf.curve else CLEAN)):
         return False
-    values = leaf.filled(chain, rng)
-    sigmas = relative_sigmas(chain, values)
-    if not np.all(sigmas[:, chain.full_rank - leaf.corank] < (FOLDED if leaf.folded and not leaf.curve else CLEAN)):
-        return False
-    exactly = (
-        sigmas[:, chain.full_rank - leaf.corank - 1] >= SAME_CORANK if leaf.corank < chain.full_rank else np.array(True)
-    )
-    clear, dimensions = readable(chain, values, leaf.corank)
     right = clear & (dimensions == leaf.dimension)
     readable_as_such = not right.any() if leaf.folded else bool(np.sum(right) > 0.8 * np.sum(clear) > 0)
     return bool(np.mean(exactly) > 0.8 and readable_as_such)
 
 
-def sound(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> bool:
-    """Whether a leaf passes all tests: members singular for any values of free joints, and no needless condition."""
-    return verified(chain, leaf, rng) and not superfluous(chain, leaf, rng)
+def superfluous(chain: ScrewChain, leaves: Sequence[Leaf], rng: np.random.Generator) -> list[list[int]]:
+    """Of each leaf the joints in conditions that can be moved alone without lowering the corank: none if all count."""
+    joints = [_bound(leaf) for leaf in leaves]
+    moved = [_moved(chain, leaf, own, rng) for leaf, own in zip(leaves, joints)]
+    if not moved:
+        return []
+    singular = is_singular(chain, np.concatenate(moved), leaves[0].corank)
+    parts = np.split(singular, np.cumsum([len(each) for each in moved])[:-1])
+    shares = [part.reshape(-1, MOVES).mean(axis=1) for part in parts]
+    return [[joint for joint, still in zip(own, share) if still > 0.8] for own, share in zip(joints, shares)]
 
 
-def superfluous(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) -> list[int]:
-    """Joints in conditions that can be moved alone without lowering the corank: none if all conditions are needed."""
+def _bound(leaf: Leaf) -> list[int]:
+    """Joints in conditions."""
     bound = {joint for pin in leaf.pins for joint in pin.angle.joints} | set(leaf.curve)
-    bound |= {joint for relation in leaf.relations for joint in relation.joints}
-    joints = sorted(bound)
+    return sorted(bound | {joint for relation in leaf.relations for joint in relation.joints})
+
+
+def _moved(chain: ScrewChain, leaf: Leaf, joints: Sequence[int], rng: np.random.Generator) -> Array:
+    """Members with each of some joints moved away, (joints · MOVES, n)."""
     values = np.array(leaf.filled(chain, rng, MOVES * len(joints))).reshape(len(joints), MOVES, chain.n)
     for place, joint in enumerate(joints):
         span = chain.period[joint] if np.isfinite(chain.period[joint]) else 2 * AWAY + 1.0
         values[place, :, joint] += rng.uniform(AWAY, span - AWAY, MOVES)
-    singular = is_singular(chain, values.reshape(-1, chain.n), leaf.corank).reshape(len(joints), MOVES)
-    return [joint for joint, still in zip(joints, singular.mean(axis=1)) if still > 0.8]
+    return values.reshape(-1, chain.n)
 
 
 def solved(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator, count: int) -> Array:

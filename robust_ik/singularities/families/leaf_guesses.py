@@ -15,7 +15,7 @@ import numpy as np
 
 from robust_ik.singularities.conditions.angle_sums import Angle, brought
 from robust_ik.singularities.families.coupled_joints import coupled_leaves
-from robust_ik.singularities.families.leaf import Leaf, is_singular, nice, sound
+from robust_ik.singularities.families.leaf import Leaf, is_singular, nice, sound_each
 from robust_ik.singularities.families.leaf_merging import Values, joined, values_of
 from robust_ik.singularities.find.tangent_walk import polish, readable_at
 from robust_ik.singularities.geometry.screw_chain import ScrewChain
@@ -39,11 +39,11 @@ def completed(chain: ScrewChain, leaves: Sequence[Leaf], rng: np.random.Generato
     for alike in by_form.values():
         guesses = list(dict.fromkeys(_guesses(alike)))
         if alike[0].relations or alike[0].curve:
-            found = [leaf for guess in guesses for leaf in _projected(chain, _with_values(alike, guess), rng)]
+            found = [leaf for guess in _with_values(alike, guesses) for leaf in _projected(chain, guess, rng)]
         else:
-            found = [_with_values(alike, guess) for guess in _tried(chain, alike[0], guesses, rng)]
+            found = _with_values(alike, _tried(chain, alike[0], guesses, rng))
             found = [replace(leaf, samples=leaf.filled(chain, rng)) for leaf in found]
-        added += [leaf for leaf in found if sound(chain, leaf, rng)]
+        added += [leaf for leaf, good in zip(found, sound_each(chain, found, rng)) if good]
     return joined([*leaves, *added])
 
 
@@ -84,11 +84,14 @@ def _tried(chain: ScrewChain, like: Leaf, guesses: Sequence[Values], rng: np.ran
     return [guesses[int(place)] for place in np.flatnonzero(singular)]
 
 
-def _with_values(alike: Sequence[Leaf], values: Values) -> Leaf:
-    """A leaf with other values, made from the one that shares the most of them."""
-    rounded = _rounded(values)
-    like = max(alike, key=lambda leaf: sum(a == b for a, b in zip(values_of(leaf), rounded)))
-    return replace(like, pins=tuple(replace(pin, value=value) for pin, value in zip(like.pins, values)))
+def _with_values(alike: Sequence[Leaf], guesses: Sequence[Values]) -> list[Leaf]:
+    """Leaves with other values, each made from the one that shares the most of them."""
+    table, found = np.array([values_of(leaf) for leaf in alike]), []
+    for values in guesses:
+        like = alike[int(np.argmax((table == np.array(_rounded(values))).sum(axis=1)))]
+        pins = tuple(replace(pin, value=value) for pin, value in zip(like.pins, values))
+        found.append(replace(like, pins=pins))
+    return found
 
 
 def _projected(chain: ScrewChain, guess: Leaf, rng: np.random.Generator) -> list[Leaf]:

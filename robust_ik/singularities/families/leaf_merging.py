@@ -26,11 +26,14 @@ def joined(leaves: Sequence[Leaf]) -> list[Leaf]:
     """The leaves without duplicates; the samples of equal ones are put together."""
     found: list[Leaf] = []
     places: dict[tuple[object, ...], list[int]] = {}
+    tables: dict[tuple[object, ...], Array] = {}
     for leaf in leaves:
-        alike = places.setdefault((leaf.corank, *leaf.shape), [])
-        near = _near(leaf, [found[i] for i in alike])
-        index = next((i for i, close in zip(alike, near) if close and equal(found[i], leaf)), None)
+        key = (leaf.corank, *leaf.shape)
+        alike, table = places.setdefault(key, []), tables.setdefault(key, np.empty((len(leaves), len(leaf.pins))))
+        near = np.flatnonzero(_near(leaf, table[: len(alike)]))
+        index = next((alike[place] for place in near if equal(found[alike[place]], leaf)), None)
         if index is None:
+            table[len(alike)] = leaf.values
             alike.append(len(found))
             found.append(leaf)
         else:
@@ -38,20 +41,17 @@ def joined(leaves: Sequence[Leaf]) -> list[Leaf]:
     return found
 
 
-def _near(leaf: Leaf, alike: Sequence[Leaf]) -> list[bool]:
-    """Which leaves of the same angles have equal values."""
-    if not alike:
-        return []
+def _near(leaf: Leaf, values: Array) -> Array:
+    """Which values (L, P) of leaves of the same angles are equal to those of a leaf, (L,)."""
     periods = np.array([pin.angle.period for pin in leaf.pins])
-    apart = wrapped(np.stack([other.values for other in alike]) - leaf.values, periods)
-    return [bool(close) for close in np.all(np.abs(apart) <= SAME, axis=1)]
+    return np.asarray(np.all(np.abs(wrapped(values - leaf.values, periods)) <= SAME, axis=1))
 
 
 def equal(one: Leaf, other: Leaf) -> bool:
     """Whether two leaves have the same conditions; curves are equal if they have the same joints."""
     if one.corank != other.corank or one.shape != other.shape:
         return False
-    if not _near(one, [other])[0]:
+    if not _near(one, other.values[None])[0]:
         return False
     return all(same_coefficients(a, b) for a, b in zip(one.relations, other.relations))
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.singularities.families.degenerate_leaves import degenerate_leaves
-from robust_ik.singularities.families.leaf import HOLDS, Leaf, cleaned, explained, sound
+from robust_ik.singularities.families.leaf import HOLDS, Leaf, cleaned, explained, sound_each
 from robust_ik.singularities.families.leaf_discovery import discover
 from robust_ik.singularities.families.leaf_guesses import completed
 from robust_ik.singularities.families.leaf_merging import joined
@@ -123,7 +123,7 @@ def _found_anew(
     chain: ScrewChain, leaves: Sequence[Leaf], candidates: Sequence[Leaf], rng: np.random.Generator
 ) -> tuple[list[Leaf], int]:
     """The leaves with those candidates that pass the tests, completed, and the number of those that do not pass."""
-    good = [leaf for leaf in candidates if sound(chain, leaf, rng)]
+    good = [leaf for leaf, well in zip(candidates, sound_each(chain, candidates, rng)) if well]
     return uncovered(completed(chain, joined([*leaves, *good]), rng)), len(candidates) - len(good)
 
 
