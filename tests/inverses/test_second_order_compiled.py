@@ -6,6 +6,7 @@ from numpy.testing import assert_allclose
 
 import robust_ik as rik
 from robust_ik.inverses.second_order.numpy_step import Remembered, numpy_step
+from robust_ik.inverses.second_order.turning import PATIENCE, Turn
 from robust_ik.inverses.second_order.weak_motion import quartic
 from robust_ik.inverses.second_order.weak_rows import weak_rows
 from robust_ik.inverses.task_equation import TaskEquation
@@ -146,10 +147,29 @@ def test_a_turn_that_lasts_is_remembered_alike():
         assert_allclose(*both.memories, rtol=1e-9, atol=1e-9)
         sides.add(np.sign(np.round(found[0, 3], 6)))
     assert sides == {-1.0, 0.0, 1.0}
-    for _ in range(300):  # progress of more than a second: all is forgotten
-        both.step(J, np.linalg.svd(J)[0][:, 0], H)
+    assert both.memory[lay.TURNED] > 0
+    q[4] = 0.9
+    J = robot.jacobian(q)
+    for _ in range(300):  # the same command, with progress of more than a second: all is forgotten
+        both.step(J, -0.3 * lost, H)
         assert_allclose(*both.memories, rtol=1e-9, atol=1e-9)
     assert both.memory[lay.TURNED] == 0
+
+
+def test_turns_that_would_move_the_tool_against_the_command_are_alike(rng):
+    """As far as they move, beside kernel motions of any kind."""
+    turned = 0
+    for _ in range(100):
+        U, V = (np.linalg.qr(rng.normal(size=(size, size)))[0] for size in (3, 4))
+        J, H = (U * [1.0, 0.6, 0.05 * rng.random()]) @ V[:3], 10.0 ** rng.uniform(-2, 0) * rng.normal(size=(3, 4, 4))
+        xdot = np.ascontiguousarray(U[:, 2]) * rng.uniform(0.05, 0.5)
+        both = Both(rik.SecondOrder(), 3, 4)
+        both.memory[lay.WAITED], both.remembered = 2 * PATIENCE, Remembered(np.zeros(4), Turn(waited=2 * PATIENCE))
+        for _ in range(3):
+            assert both.alike(J, xdot, H)
+            assert_allclose(*both.memories, rtol=1e-7, atol=1e-7)
+        turned += both.memory[lay.TURNED] > 0
+    assert turned > 20
 
 
 def test_the_kernel_for_more_joints_gives_the_same(rng):
@@ -180,6 +200,8 @@ def test_a_run_keeps_its_memory_and_another_one_has_its_own():
     first, second = rik.SecondOrder().begin(DT), rik.SecondOrder().begin(DT)
     assert first.velocity(there)[1] < -0.5
     assert first.velocity(back)[1] < -0.5
+    more = TaskEquation(np.vstack([back.J, [0, 0]]), np.array([0, 0.1, 0]), np.zeros(3), np.vstack([H, 0 * H[:1]]))
+    assert first.velocity(more)[1] < -0.5
     assert second.velocity(back)[1] > 0.5
     assert first.begin(DT).velocity(back)[1] > 0.5
 
@@ -189,6 +211,18 @@ def test_a_task_may_get_rows_and_joints_within_a_run(rng):
     for m, n in ((3, 4), (2, 4), (3, 4), (3, 5), (9, 4), (1, 1)):
         J, H, xdot = rng.normal(size=(m, n)), rng.normal(size=(m, n, n)), rng.normal(size=m)
         assert np.isfinite(run.velocity(TaskEquation(J, xdot, xdot, H))).all()
+
+
+def test_with_another_number_of_rows_the_turn_begins_anew():
+    robot = rik.load("puma560")
+    q = robot.configuration([0.3, -0.8, 2.6, 0.5, 0.0, 0.9])
+    J, H, run = robot.jacobian(q), robot.hessian(q), rik.SecondOrder().begin(0.004)
+    asked = 0.3 * np.linalg.svd(J)[0][:, -1]
+    for _ in range(150):
+        moved = run.velocity(TaskEquation(J, asked, asked, H))
+    assert np.abs(moved).max() > 0.1
+    more = TaskEquation(np.vstack([J, 0 * J[:1]]), np.append(asked, 0), np.zeros(7), np.vstack([H, 0 * H[:1]]))
+    assert np.abs(run.velocity(more)).max() < 1e-6
 
 
 SIZES = (1e-300, 1e-150, 1.0, 1e150, 1e300)
