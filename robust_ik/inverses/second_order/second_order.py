@@ -125,20 +125,25 @@ class SecondOrder(RobustInverse):
         return np.reshape([self.velocity(TaskEquation(*one)) for one in each], J.shape[:-2] + J.shape[-1:])
 
     def parameters(self, dt: float) -> Array:
-        """The parameters of a step for `numpy_step` and for compiled code, see `second_order_layout`; dt in s."""
+        """The parameters of a step of dt seconds, (6,), as `numpy_step` and compiled code take them.
+
+        Raises:
+            InputError: dt is not a number ≥ 0.
+        """
+        dt = checked_parameter("dt", dt, least=0)
         return np.array([self.gamma, self.speed, self.acceleration, self.horizon, self.turn * self.speed, dt])
 
     def begin(self, dt: float) -> RobustInverse:
         """An inverse that keeps the last velocity and the turn from step to step, dt seconds apart."""
-        return _SecondOrderRun(self, checked_parameter("dt", dt, least=0))
+        return _SecondOrderRun(self, self.parameters(dt))
 
 
 class _SecondOrderRun(RobustInverse):
     source: ClassVar[str] = SecondOrder.source
     card: ClassVar[Card] = SecondOrder.card
 
-    def __init__(self, inverse: SecondOrder, dt: float) -> None:
-        self.inverse, self.parameters = inverse, inverse.parameters(dt)
+    def __init__(self, inverse: SecondOrder, parameters: Array) -> None:
+        self.inverse, self.parameters = inverse, parameters
         self._shape, self._memory, self._remembered = (0, 0), np.empty(0), Remembered(np.empty(0))
 
     @property
