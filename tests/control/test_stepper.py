@@ -12,6 +12,7 @@ from numpy.testing import assert_allclose
 
 import robust_ik as rik
 from robust_ik.inverses.gain_formula import GainFormula
+from robust_ik.inverses.second_order.numpy_step import Remembered, numpy_step
 from robust_ik.kinematics.twist_rows import ROWS
 from tests import pinocchio_reference
 from tests.cases_filters import CASES
@@ -94,7 +95,7 @@ def test_any_other_inverse_is_asked_in_python(inverse, rng):
     robot = rik.load("ur5")
     stepper = rik.Stepper(robot, inverse)
     q, twist = robot.random(rng), rng.normal(size=6)
-    assert not stepper.compiled or isinstance(inverse, rik.Weighted)
+    assert not stepper.compiled or isinstance(inverse, (rik.Weighted, rik.SecondOrder))
     if not inverse.needs_hessian and not (isinstance(inverse, rik.Weighted) and inverse.inverse.needs_hessian):
         expected = inverse.solve(robot.jacobian(q), twist)
         assert_allclose(stepper.step(q, twist), expected, rtol=1e-9, atol=1e-12)
@@ -123,7 +124,9 @@ def test_where_the_damping_is_too_small_for_squares_no_digit_is_lost():
         assert_allclose(rik.Stepper(robot, inverse).step(q, twist), expected, atol=1e-6 * np.abs(expected).max())
 
 
-@pytest.mark.parametrize("inverse", [rik.DampedLeastSquares(), rik.JParse(), Halving(), rik.SDLS()], ids=repr)
+@pytest.mark.parametrize(
+    "inverse", [rik.DampedLeastSquares(), rik.JParse(), Halving(), rik.SDLS(), rik.SecondOrder()], ids=repr
+)
 @pytest.mark.parametrize("name", ["panda", "ur5", "xarm7"])
 def test_what_is_wanted_beside_the_task_moves_it_nowhere(name, inverse, rng):
     robot = rik.load(name)
@@ -210,7 +213,7 @@ def test_a_step_with_out_allocates_nothing_and_returns_it(rng):
     assert after[1] - before[0] < 4096
 
 
-@pytest.mark.parametrize("inverse", [rik.JParse(), Halving(), rik.SDLS()], ids=repr)
+@pytest.mark.parametrize("inverse", [rik.JParse(), Halving(), rik.SDLS(), rik.SecondOrder()], ids=repr)
 def test_what_is_no_contiguous_double_is_converted(inverse, rng):
     robot = rik.load("ur5")
     stepper = rik.Stepper(robot, inverse)
@@ -224,7 +227,9 @@ def test_what_is_no_contiguous_double_is_converted(inverse, rng):
     assert_allclose(single, expected, rtol=1e-3, atol=1e-4)
 
 
-@pytest.mark.parametrize("inverse", [rik.DampedLeastSquares(), rik.JParse(), Halving(), rik.SDLS()], ids=repr)
+@pytest.mark.parametrize(
+    "inverse", [rik.DampedLeastSquares(), rik.JParse(), Halving(), rik.SDLS(), rik.SecondOrder()], ids=repr
+)
 def test_what_is_wrong_is_refused_and_named(inverse):
     robot = rik.load("ur5")
     stepper = rik.Stepper(robot, inverse)
@@ -315,7 +320,7 @@ def test_one_configuration_off_the_circle_among_many_is_refused(rng):
     robot = rik.load("kinova")
     q = robot.random(rng, 50)
     q[33, 0] = 1.5
-    for inverse in (rik.DampedLeastSquares(), Halving(), rik.SDLS()):
+    for inverse in (rik.DampedLeastSquares(), Halving(), rik.SDLS(), rik.SecondOrder()):
         with pytest.raises(rik.InputError, match="must have length 1"):
             rik.Stepper(robot, inverse).steps(q, np.ones((50, 6)), threads=2)
 
@@ -385,3 +390,75 @@ def test_out_may_lie_over_what_is_given(rng):
     assert (stepper.steps(over_q, twists, over_q) == expected).all()
     one = q[3].copy()
     assert (stepper.step(one, twists[3], one) == expected[3]).all()
+
+
+def in_numpy(inverse, J, twist, hessian):
+    """The first step of a run of the second-order inverse, by its reference."""
+    return numpy_step(inverse.parameters(0.0), J, twist, hessian, Remembered(np.zeros(J.shape[1]))).last
+
+
+def near_singularities(robot, rng, count):
+    """Configurations, the first half of which have weak singular values if the robot has such in any number."""
+    q = robot.random(rng, 40 * count)
+    s = rik.svd(robot.jacobian(q)).s
+    weak, others = np.flatnonzero(s[:, -1] < 0.15 * s[:, 0])[: count // 2], np.arange(count)
+    return np.concatenate([q[weak], q[others[: count - len(weak)]]])
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_second_order_steps_are_compiled_and_those_of_numpy(name, rng):
+    robot, inverse = rik.load(name), rik.SecondOrder(gamma=0.15)
+    stepper, m = rik.Stepper(robot, inverse), len(robot.rows)
+    assert stepper.compiled
+    q, twists = near_singularities(robot, rng, 40), 0.3 * rng.normal(size=(40, m))
+    expected = [in_numpy(inverse, *each) for each in zip(robot.jacobian(q), twists, robot.hessian(q))]
+    many = stepper.steps(q, twists)
+    assert_allclose(many, expected, rtol=0, atol=1e-8 * np.abs(expected).max())
+    assert (many == [stepper.step(*each) for each in zip(q, twists)]).all()
+    assert (many == stepper.steps(q, twists, threads=3)).all()
+
+
+def test_second_order_steps_have_rows_references_frames_and_weights(rng):
+    robot, inverse = rik.load("panda"), rik.SecondOrder(gamma=0.3)
+    q, A, B = robot.random(rng, 12), rng.normal(size=(7, 7)), rng.normal(size=(3, 3))
+    for reference in ("local_world_aligned", "local", "world"):
+        stepper = rik.Stepper(robot, inverse, reference=reference, frame="panda_link7")
+        for each in q:
+            twist = 0.3 * rng.normal(size=6)
+            J, H = (of(each, "panda_link7", reference=reference) for of in (robot.jacobian, robot.hessian))
+            assert_allclose(stepper.step(each, twist), in_numpy(inverse, J, twist, H), atol=1e-8)
+    rows = ("wz", "x", "wy")
+    weighted = rik.Weighted(inverse, joint_weights=A @ A.T + np.eye(7), task_weights=B @ B.T + np.eye(3))
+    stepper, places = rik.Stepper(robot, weighted, rows=rows), [ROWS.index(row) for row in rows]
+    assert stepper.compiled
+    task, joint = weighted.factors(3, 7)
+    for each in q:
+        twist, wish = 0.3 * rng.normal(size=3), rng.normal(size=7)
+        J, H = task @ robot.jacobian(each)[places] @ joint, robot.hessian(each)[places]
+        H = np.einsum("ab,bcd,ci,dj->aij", task, H, joint, joint)
+        assert_allclose(stepper.step(each, twist), joint @ in_numpy(inverse, J, task @ twist, H), atol=1e-8)
+        more = stepper.step(each, twist, secondary=wish) - stepper.step(each, twist)
+        assert_allclose(more, joint @ rik.null_projector(J) @ np.linalg.solve(joint, wish), atol=1e-9)
+
+
+def test_a_second_order_step_asks_no_python(monkeypatch, rng):
+    robot = rik.load("ur5")
+    stepper, q = rik.Stepper(robot, rik.SecondOrder()), np.zeros(6)
+    expected = stepper.step(q, np.ones(6))
+    monkeypatch.setattr(rik.SecondOrder, "velocity", lambda *_: pytest.fail("asked"))
+    monkeypatch.setattr(rik.SecondOrder, "solve", lambda *_: pytest.fail("asked"))
+    assert (stepper.step(q, np.ones(6)) == expected).all()
+    assert (stepper.steps(q[None], np.ones((1, 6))) == expected).all()
+
+
+def test_second_order_steps_of_robots_too_large_for_kernels_and_without_motion(rng):
+    robot = rik.load("panda")
+    stepper = rik.Stepper(robot, rik.SecondOrder(), frame="panda_link0")
+    wish = rng.normal(size=7)
+    assert (stepper.step(robot.rest, np.ones(6)) == 0).all()
+    assert_allclose(stepper.step(robot.rest, np.ones(6), secondary=wish), wish)
+    tree = rik.load("talos", whole_tree=True)
+    stepper = rik.Stepper(tree, rik.SecondOrder(), frame="gripper_left_base_link")
+    assert not stepper.compiled
+    q, twists = tree.random(rng, 3), rng.normal(size=(3, 6))
+    assert_allclose(stepper.steps(q, twists), [stepper.step(*each) for each in zip(q, twists)], atol=1e-9)

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import robust_ik as rik
-from benchmarks import batch_throughput, environments, figures, pose_accuracy, pose_ik, report
+from benchmarks import batch_throughput, environments, figures, pose_accuracy, pose_ik, report, second_order_steps
 from benchmarks.chains import Chain
 from benchmarks.environments import Peer, UnavailableError
 from benchmarks.goals import Goal, goals
@@ -153,6 +153,16 @@ def test_the_page_has_a_place_for_every_table(name, tmp_path):
     page.write_text((DOCS / report.PAGE).read_text(encoding="utf-8"), encoding="utf-8")
     insert("a table", page, name)
     assert f"<!-- {name}: begin -->\na table\n<!-- {name}: end -->" in page.read_text(encoding="utf-8")
+
+
+def test_second_order_steps_are_compared_by_how_many_singular_values_are_weak(tmp_path):
+    found = second_order_steps.rows(("ur5",), 300, 20)
+    assert [each[:2] for each in found] == [("ur5", "0"), ("ur5", "1"), ("ur5", "2")]
+    assert all(len(each) == len(second_order_steps.COLUMNS) and min(map(float, each[2:])) > 0 for each in found)
+    page = tmp_path / "page.md"
+    page.write_text((DOCS / "speed.md").read_text(encoding="utf-8"), encoding="utf-8")
+    insert("a table", page, "second_order_steps")
+    assert "a table" in page.read_text(encoding="utf-8")
 
 
 # ---------------------------------------------------------------------------------------------- peers

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robust_ik.checks import Array, is_plain, readonly
-from robust_ik.inverses import EDLS, DampedLeastSquares, RobustInverse, SingularValueFilter, Weighted
+from robust_ik.inverses import EDLS, DampedLeastSquares, RobustInverse, SecondOrder, SingularValueFilter, Weighted
 from robust_ik.inverses.gain_formula import GainFormula
 from robust_ik.inverses.task_equation import TaskEquation
 from robust_ik.kernels.step import step_layout as slots
@@ -66,10 +66,14 @@ class Program:
         size = chain.n, chain.nq, len(rows)
         number_of(reference)  # raises for an unknown reference
         inner, task, joints = _unwrapped(inverse, len(rows), chain.n)
+        if chain.n <= MOST_JOINTS and type(inner) is SecondOrder:
+            written = _written(chain, inner, inner.parameters(0.0), reference, rows, task, joints)
+            return cls(*size, True, True, written, *_curved(chain.n))
         if chain.n > MOST_JOINTS or not _rewrites_only_sigma(inner):
             return cls(*size, False, False, np.empty(0), *_in_python(chain, inverse, reference, rows))
         address = _address(inner)
-        written = _written(chain, inner, reference, rows, task, joints, address or 0)
+        parameters = np.array(inner.parameters if isinstance(inner, GainFormula) else (), dtype=float)
+        written = _written(chain, inner, parameters, reference, rows, task, joints, address or 0)
         if address is not None:
             return cls(*size, True, True, written, *_compiled(chain.n))
         many = _in_python(chain, inverse, reference, rows)[-1]
@@ -82,8 +86,8 @@ class Program:
 
     @cached_property
     def addresses(self) -> NDArray[np.int64]:
-        """Addresses of NumPy's array class and of the program: `step` gets the address of this array."""
-        return np.array([id(np.ndarray), self.address])
+        """Addresses of NumPy's array class, of the program and of None: `step` gets the address of this array."""
+        return np.array([id(np.ndarray), self.address, id(None)])
 
 
 def _unwrapped(inverse: RobustInverse, m: int, n: int) -> tuple[RobustInverse, Array | None, Array | None]:
@@ -118,12 +122,13 @@ def _address(inverse: SingularValueFilter) -> int | None:
 
 def _written(
     chain: Chain,
-    inverse: SingularValueFilter,
+    inverse: RobustInverse,
+    parameters: Array,
     reference: str,
     rows: Sequence[str],
     task: Array | None,
     joints: Array | None,
-    address: int,
+    address: int = 0,
 ) -> Array:
     """The program for the kernel; see `kernels.step.step_layout`."""
     head = np.zeros(slots.HEAD)
@@ -138,7 +143,7 @@ def _written(
         head[place] = sum(map(len, parts))
         parts.append(part)
 
-    add(slots.PARAMETERS, np.array(inverse.parameters if isinstance(inverse, GainFormula) else (), dtype=float))
+    add(slots.PARAMETERS, parameters)
     if task is not None:
         add(slots.TASK, task.ravel())
     if joints is not None:
@@ -152,6 +157,23 @@ def _compiled(n: int) -> tuple[Step, Step, Step]:
 
     step, beside, steps = (step_8, beside_8, steps_8) if n <= 8 else (step_16, beside_16, steps_16)
     return step.compiled, beside, steps  # the last two are compiled when they are first called
+
+
+def _curved(n: int) -> tuple[Step, Step, Step]:
+    """The compiled step of the second-order inverse; many are made one after another."""
+    from robust_ik.kernels.step import curved_8, curved_16
+
+    step = (curved_8 if n <= 8 else curved_16).compiled
+
+    def steps(address: int, q: Array, twists: Array, secondary: Array, out: Array) -> int:
+        setup = np.array([id(np.ndarray), address, id(None)])
+        for e in range(len(q)):
+            status = step(setup.ctypes.data, q[e], twists[e], secondary[e] if len(secondary) else None, out[e])
+            if status:
+                return int(status)
+        return DONE
+
+    return lambda setup, q, twist, out: step(setup, q, twist, None, out), step, steps
 
 
 def _half_compiled(inverse: SingularValueFilter, size: tuple[int, int, int], joints: Array | None) -> tuple[Step, Step]:

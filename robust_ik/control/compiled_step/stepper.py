@@ -28,7 +28,8 @@ class Stepper:
     """Joint velocities for a twist in one fast call: kinematics, decomposition and filter are compiled together.
 
     With DampedLeastSquares it takes half a microsecond, with another filter about two; a filter that is no GainFormula
-    takes a few more, since its `gains` is Python. Any other inverse works too, at the speed of its `solve`. Plain steps
+    takes a few more, since its `gains` is Python. SecondOrder is compiled as well, each step as the first one of a run.
+    Any other inverse works too, at the speed of its `solve`. Plain steps
     are compiled in the constructor, those with a secondary velocity and `steps` at their first call, or by `warmup`.
 
     Attributes:

@@ -13,8 +13,8 @@ from enum import Enum
 import numpy as np
 
 from robust_ik.checks import Array
-from robust_ik.inverses.second_order.turning import LEAST_TURN
 from robust_ik.inverses.second_order.weak_rows import WeakRows, upright
+from robust_ik.kernels.second_order.second_order_layout import LEAST_TURN
 
 BENT = 1e-3
 """|κ| relative to σ₁, 1/rad, up to which there is no curvature worth a name. A motion of 1 rad would move the tool by

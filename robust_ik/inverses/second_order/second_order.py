@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import reprlib
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from typing import ClassVar
 
 import numpy as np
@@ -12,11 +14,11 @@ from numpy.typing import ArrayLike
 from robust_ik.checks import Array, as_array, as_measures, check_leading_axes, checked_parameter
 from robust_ik.errors import InputError
 from robust_ik.inverses.base import Card, RobustInverse
-from robust_ik.inverses.second_order.turning import Turn, unserved
-from robust_ik.inverses.second_order.weak_motion import FLOOR, quartic, weak_motion
-from robust_ik.inverses.second_order.weak_rows import fade, weak_rows
+from robust_ik.inverses.second_order.numpy_step import TOO_FAST, Remembered, numpy_step
+from robust_ik.inverses.second_order.weak_rows import fade
 from robust_ik.inverses.task_equation import TaskEquation
-from robust_ik.kinematics.svd import SMALLEST_SIGMA, svd
+from robust_ik.kernels.second_order.second_order_layout import FLOOR, LAST, memory_size
+from robust_ik.kinematics.svd import LARGEST_COMPILED, svd
 
 
 @dataclass(frozen=True)
@@ -28,6 +30,8 @@ class SecondOrder(RobustInverse):
     and the arm comes to rest at the edge. Where there is none, a self-motion turns the lost direction, once the arm has
     waited for a quarter of a second. The look-ahead τ is the shortest that joint speed and acceleration limits can
     honour: it is not tuned.
+
+    Up to 16 rows and joints a step is compiled, beyond that it is made in NumPy.
 
     `solve` has no Hessian: the lost rows are damped by what the command asks, λ = ‖c‖/(2 speed), so that their part of
     the motion stays below `speed`. Outside a run (`begin`) there is no last velocity and no turning.
@@ -109,26 +113,38 @@ class SecondOrder(RobustInverse):
         return np.asarray((z[..., None, :] @ found.Vt)[..., 0, :])
 
     def velocity(self, equation: TaskEquation) -> Array:
-        """q̇ for ẋ as the first step of a run.
+        """q̇ for ẋ as the first step of a run; of several equations, with leading axes, for each by itself.
 
         Raises:
             InputError: The equation has no Hessian.
         """
-        return self.begin(0.0).velocity(equation)
+        J, H = np.asarray(equation.J), equation.hessian
+        if J.ndim < 3 or H is None:
+            return self.begin(0.0).velocity(equation)
+        each = zip(J, np.asarray(equation.xdot), np.asarray(equation.error), np.asarray(H))
+        return np.reshape([self.velocity(TaskEquation(*one)) for one in each], J.shape[:-2] + J.shape[-1:])
+
+    def parameters(self, dt: float) -> Array:
+        """The parameters of a step of dt seconds, (6,), as `numpy_step` and compiled code take them.
+
+        Raises:
+            InputError: dt is not a number ≥ 0.
+        """
+        dt = checked_parameter("dt", dt, least=0)
+        return np.array([self.gamma, self.speed, self.acceleration, self.horizon, self.turn * self.speed, dt])
 
     def begin(self, dt: float) -> RobustInverse:
         """An inverse that keeps the last velocity and the turn from step to step, dt seconds apart."""
-        return _SecondOrderRun(self, checked_parameter("dt", dt, least=0))
+        return _SecondOrderRun(self, self.parameters(dt))
 
 
 class _SecondOrderRun(RobustInverse):
     source: ClassVar[str] = SecondOrder.source
     card: ClassVar[Card] = SecondOrder.card
 
-    def __init__(self, inverse: SecondOrder, dt: float) -> None:
-        self.inverse, self.dt = inverse, dt
-        self._last: Array | None = None
-        self._turn = Turn()
+    def __init__(self, inverse: SecondOrder, parameters: Array) -> None:
+        self.inverse, self.parameters = inverse, parameters
+        self._shape, self._memory, self._remembered = (0, 0), np.empty(0), Remembered(np.empty(0))
 
     @property
     def needs_hessian(self) -> bool:
@@ -151,22 +167,37 @@ class _SecondOrderRun(RobustInverse):
         m, n = J.shape
         H = as_array(equation.hessian, "hessian", (m, n, n))
         xdot = as_measures(equation.xdot, "xdot", (m,))
-        if self._last is None or self._last.shape != (n,):  # a level may be given a joint more
-            self._last, self._turn = np.zeros(n), Turn()
-        self._last = self._next(J, xdot, H, self._last) if np.abs(J).max() >= SMALLEST_SIGMA else np.zeros(n)
-        return self._last
+        if self._shape != (m, n):  # a level may be given a joint or a row more
+            self._begin_anew(m, n)
+        if max(m, n) > LARGEST_COMPILED:
+            self._remembered = numpy_step(self.parameters, J, xdot, H, self._remembered)
+            return self._remembered.last
+        out = np.empty(n)
+        J, xdot, H = (np.ascontiguousarray(each) for each in (J, xdot, H))
+        if not _compiled(max(m, n) <= 8)(J, xdot, H, self.parameters, self._memory, out):
+            raise InputError(TOO_FAST)
+        return out
 
-    def _next(self, J: Array, xdot: Array, H: Array, last: Array) -> Array:
-        own = self.inverse
-        rows = weak_rows(J, xdot, H, own.gamma)
-        if rows.sigma.size == 0 or rows.speed == 0:
-            self._turn = self._turn.after(xdot, 0.0, 0.0, self.dt)
-            return rows.kept
-        f = quartic(rows, own.speed, own.acceleration, own.horizon, self.dt)
-        z = weak_motion(f, rows, last, own.speed)
-        turn = self._turn.after(xdot, unserved(rows, f, z), f.curvature, self.dt)
-        z, self._turn = turn.added(rows, f, z, own.turn * own.speed, self.dt)
-        return np.asarray(rows.kept + rows.kernel @ z)
+    def _begin_anew(self, m: int, n: int) -> None:
+        """Forgets the turn and, with other joints, the last velocities."""
+        last = self._last if self._shape[1] == n else np.zeros(n)
+        self._shape, self._memory, self._remembered = (m, n), np.zeros(memory_size(m, n)), Remembered(last)
+        self._memory[LAST : LAST + n] = last
+
+    @property
+    def _last(self) -> Array:
+        """The last velocities, (n,)."""
+        m, n = self._shape
+        return self._memory[LAST : LAST + n].copy() if max(m, n) <= LARGEST_COMPILED else self._remembered.last
+
+
+@cache
+def _compiled(small: bool) -> Callable[..., bool]:
+    """The kernel for at most 8, or else LARGEST_COMPILED, rows and joints."""
+    from robust_ik.kernels.second_order import velocity_8, velocity_16
+
+    compiled: Callable[..., bool] = (velocity_8 if small else velocity_16).compiled
+    return compiled
 
 
 def _least(name: str, limits: ArrayLike) -> float:

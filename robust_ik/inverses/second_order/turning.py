@@ -11,31 +11,24 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robust_ik.checks import Array
-from robust_ik.inverses.second_order.weak_motion import FLAT, Quartic, chosen_side
+from robust_ik.inverses.second_order.weak_motion import Quartic, chosen_side
 from robust_ik.inverses.second_order.weak_rows import WeakRows
-
-DEAD, BRISK = 0.01, 0.1
-"""Commands of weak rows below the first, rad/s, do not make the arm turn; from the second on it turns at full speed."""
-UNSERVED, SERVED = 0.8, 0.5
-"""Shares of the command left over: above the first the arm turns, below the second it does not."""
-LEAST_TURN = 0.005
-"""Turning rates up to this, 1/rad, are none: a planar arm told to leave its plane."""
-PATIENCE = 0.25
-"""Seconds without progress before the arm turns, so that what only passes by is left alone."""
-HALF_TURN = 3.2
-"""Rad of the fastest joint to one side, before the other side is tried, once. Chosen: what a wrist or shoulder has lost
-is found after a quarter turn.
-"""
-EASE = 0.3
-"""Rad over which a turn slows down where it changes sides or ends."""
-SLOWEST = 0.2
-"""A turn counts as at least so much of its full speed, so that slowing down does not stop it short of its end."""
-AGAINST = 0.1
-"""Share of the command by which a turn may move the tool the other way."""
-OTHER = 0.7
-"""Cosine between two commands below which the second is another one: what was tried for the first does not count."""
-SETTLED = 1.0
-"""Seconds of progress after which everything may be tried again."""
+from robust_ik.kernels.second_order.second_order_layout import (
+    AGAINST,
+    BRISK,
+    DEAD,
+    EASE,
+    FLAT,
+    HALF_TURN,
+    LEAST_TURN,
+    OTHER,
+    PATIENCE,
+    SERVED,
+    SETTLED,
+    SLOWEST,
+    TINY,
+    UNSERVED,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +94,7 @@ class Turn:
         kept = replace(self, way=motion, turned=self.turned + counted)
         way = float(np.sign(self.gain)) * (rows.kernel.T @ motion)
         size = share * abs(self.gain) * speed / float(np.abs(motion).max())
-        wrong = -float(rows.command @ (f.D @ way)) / max(float(np.linalg.norm(rows.command)), 1e-300)
+        wrong = -float(rows.command @ (f.D @ way)) / max(float(np.linalg.norm(rows.command)), TINY)
         if wrong > 0:
             size = min(size, AGAINST * rows.speed / wrong)
         return z + max(0.0, size - max(0.0, float(way @ z))) * way, kept
@@ -110,4 +103,4 @@ class Turn:
 def unserved(rows: WeakRows, f: Quartic, z: Array) -> float:
     """The share of the weak command that a kernel motion leaves over."""
     served = f.c - f.residual(z)
-    return float(np.linalg.norm(rows.command - served)) / max(float(np.linalg.norm(rows.command)), 1e-300)
+    return float(np.linalg.norm(rows.command - served)) / max(float(np.linalg.norm(rows.command)), TINY)

@@ -12,30 +12,24 @@ import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.inverses.second_order.weak_rows import WeakRows, combined, upright
-
-FLOOR = 1.5e-3
-"""λ of the weak rows, relative to σ₁: noise of the command moves joints by at most 1/(2 λ) of it."""
-SHORTEST, STEPS = 0.02, 4
-"""The shortest look-ahead: seconds, and time steps. Several keep a loop that is late or noisy from overshooting."""
-BENT = 4.0
-"""How soon curvature takes over from damping. Chosen: less damps exits, more lets speeds grow where it is doubtful."""
-STIFF = 1e-6
-"""Least κ to divide by."""
-ROUNDS, TRIES = 25, 6
-"""Most Newton steps from a start, and dampings of each. Chosen: 6 are usual, the flattest minima took up to 20."""
-FARTHEST = 2.0
-"""The weak part of a motion is at most this many times as fast as `speed`."""
-FLAT, LITTLE = 0.01, 0.25
-"""κ, 1/rad relative to σ₁, below which the arm may turn instead; from LITTLE times that on curvature counts.
-
-There no more is asked of it than joints at `speed` can serve, or a command that is large would be damped to nothing.
-"""
-MOVING = 1e-3
-"""A last velocity of more than this part of `speed` decides to which side a symmetric saddle is left."""
-HYSTERESIS = 0.05
-"""What changing sides costs, relative to (‖c‖/speed)². Chosen: more than noise of 1e-4 rad makes of two equal sides."""
-LEAST_FADE = 1e-3
-"""Null-space motion costs at least this part of the full damping."""
+from robust_ik.kernels.second_order.second_order_layout import (
+    BENT,
+    ENOUGH,
+    FARTHEST,
+    FIRST_COME,
+    FLAT,
+    FLOOR,
+    HYSTERESIS,
+    LEAST_FADE,
+    LITTLE,
+    MOVING,
+    ROUNDS,
+    SHORTEST,
+    STEPS,
+    STIFF,
+    TINY,
+    TRIES,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +74,7 @@ class Quartic:
     def descended(self, z: Array) -> Array:
         """A minimum of f near z, (p,): Newton's method with |eigenvalues|, damped until f falls."""
         least, damping, value = 0.5 * float(self.mu.min()) + 1e-12, 0.0, self.value(z)
-        enough, diagonal = 1e-8 * (float(np.sqrt(self.c @ self.c)) + 1e-12), np.diag(self.mu)
+        enough, diagonal = ENOUGH * (float(np.sqrt(self.c @ self.c)) + 1e-12), np.diag(self.mu)
         for _ in range(ROUNDS):
             bent = self.K @ z
             slope, r = self.D + bent, self.c - (self.D + 0.5 * bent) @ z
@@ -116,7 +110,7 @@ def quartic(rows: WeakRows, speed: float, acceleration: float, horizon: float, d
         dt: Time step, s.
     """
     k, p = rows.cross.shape
-    size = rows.speed + 1e-300
+    size = rows.speed + TINY
     curvature = float(np.abs(np.linalg.eigvalsh(rows.pull)).max()) / size
     kappa = max(curvature, STIFF)
     wanted = max((2 * size / (kappa * acceleration**2)) ** (1 / 3), 2 * size / (kappa * speed**2))
@@ -141,9 +135,9 @@ def weak_motion(f: Quartic, rows: WeakRows, last: Array, speed: float) -> Array:
         last: The last joint velocities, (n,).
         speed: Joint speed limit, rad/s: the faded part of z is at most FARTHEST times as fast.
     """
-    kernel, size = rows.kernel, float(np.linalg.norm(rows.fades * f.c)) + 1e-300
+    kernel, size = rows.kernel, float(np.linalg.norm(rows.fades * f.c)) + TINY
     before, start = kernel.T @ last, f.damped()
-    start = start * min(1.0, FARTHEST * speed / max(float(np.linalg.norm(start)), 1e-300))
+    start = start * min(1.0, FARTHEST * speed / max(float(np.linalg.norm(start)), TINY))
     starts = [start]
     values, vectors = np.linalg.eigh(f.at_rest)
     if values[0] < 0:
@@ -158,9 +152,9 @@ def weak_motion(f: Quartic, rows: WeakRows, last: Array, speed: float) -> Array:
     ends = [f.descended(z) for z in starts]
     turn = HYSTERESIS * (size / speed) ** 2
     costs = [f.value(z) + turn * min(1.0, float(np.sum((z - before) ** 2))) for z in ends]
-    z = ends[int(np.argmin(np.array(costs) + 1e-9 * size**2 * np.arange(len(costs))))]
+    z = ends[int(np.argmin(np.array(costs) + FIRST_COME * size**2 * np.arange(len(costs))))]
     fastest = float(np.linalg.norm(rows.reach * z))
-    return z * (1 - rows.reach * max(0.0, 1 - FARTHEST * speed / max(fastest, 1e-300)))
+    return z * (1 - rows.reach * max(0.0, 1 - FARTHEST * speed / max(fastest, TINY)))
 
 
 def chosen_side(before: float, start: float, motion: Array, speed: float) -> float:

@@ -13,10 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from robust_ik.checks import Array
+from robust_ik.kernels.second_order.second_order_layout import LARGE, NEARLY
 from robust_ik.kinematics.svd import whole_svd
-
-NEARLY = 0.99
-"""Entries that differ by less count as equally large, so that rounding does not choose between joints."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,6 +83,12 @@ def fade(fraction: Array) -> Array:
     return np.asarray(t * t * (3 - 2 * t))
 
 
+def shortened(array: Array, most: float) -> Array:
+    """The array, or a part of it whose largest entry is `most`."""
+    largest = float(np.abs(array).max(initial=0.0))
+    return array * (most / largest) if largest > most else array
+
+
 def weak_rows(
     J: Array, xdot: Array, hessian: Array, gamma: float, *, least: float = 0.0, faded: bool = True
 ) -> WeakRows:
@@ -110,12 +114,12 @@ def weak_rows(
     fades = fade(s[r:] / gamma) if faded else np.ones(len(s) - r)
     reach = np.concatenate([fades, np.full(Z.shape[1] - len(fades), fades.max(initial=0.0))])
     m, n = J.shape
-    forms = (U.T @ hessian.reshape(m, n * n)).reshape(-1, n, n) / largest
+    forms = shortened(U.T @ hessian.reshape(m, n * n), LARGE * largest).reshape(-1, n, n) / largest
     forms = 0.5 * (forms + np.swapaxes(forms, 1, 2))
     along = forms @ Z
     bend = (Z.T @ along) * (reach[:, None] * reach) * fades[:, None, None]
-    cross = (kept @ along) * reach * fades[:, None]
-    command = asked[r : len(s)]
+    cross = (shortened(kept, LARGE) @ along) * reach * fades[:, None]
+    command = shortened(asked[r : len(s)], LARGE)
     size = np.linalg.norm(command)
     lost = command / size if size > 0 else command
     turning = V.T @ combined(lost, along) / s[:r, None]

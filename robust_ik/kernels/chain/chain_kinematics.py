@@ -108,15 +108,15 @@ def hessians(pack: Array, q: Array, H: Array, reference: int) -> None:
         H[e] = 0.0
         for i in range(count):
             for k in range(count):
-                _slope(axes, i, k, reference, slope)
+                slope_of(axes, i, k, reference, slope)
                 row, column = HEAD + i * STRIDE, HEAD + k * STRIDE
                 factor = chain[row + FACTOR] * chain[column + FACTOR]
                 for r in range(6):
                     H[e, r, int(chain[row + COLUMN]), int(chain[column + COLUMN])] += factor * slope[r]
 
 
-@inlined
-def _slope(twists: Pointer, i: int, k: int, reference: int, slope: Pointer) -> None:
+@called
+def slope_of(twists: Pointer, i: int, k: int, reference: int, slope: Pointer) -> None:
     """∂(v_i, w_i)/∂q_k for joints of the chain."""
     for r in range(6):
         slope[r] = 0.0

@@ -13,3 +13,4 @@ step_8, step_16, beside_8, beside_16, factor_8, factor_16, steps_8, steps_16 = k
     "steps_8",
     "steps_16",
 )
+curved_8, curved_16 = kernels("robust_ik.kernels.step.curved_step", "curved_8", "curved_16")

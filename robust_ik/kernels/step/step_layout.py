@@ -9,7 +9,7 @@ METHOD, DAMPING = 7, 8
 DAMPED, FORMULA = 0.0, 1.0
 """Codes of METHOD."""
 ADDRESS, PARAMETERS = 9, 10
-"""Address of the compiled gain formula, and place of its parameters in the vector."""
+"""Address of the compiled gain formula, and place in the vector of its parameters, or of those of the second order."""
 TASK, JOINTS = 11, 12
 """Places of the weights' factors of task and joints, m·m and n·n numbers row by row; 0 for no weights."""
 REFERENCE, CHAIN = 13, 14
