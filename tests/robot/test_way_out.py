@@ -175,3 +175,43 @@ def test_an_atlas_is_about_the_tip_in_the_rows_of_the_robot():
     with pytest.raises(rik.InputError, match="give neither frame nor rows with it"):
         robot.way_out(q, [1.0], rows=("x",), atlas=atlas)
     assert robot.way_out(q, [1.0, 0.0], atlas=atlas).family.count("corank") == 1
+
+
+def wrist_turn(robot, q, lost, side):
+    """How far joints 4 and 6 turn against each other until half of what is lost at q5 = 0 can be followed, rad."""
+    for angle in np.arange(0.0, np.pi, 0.001):
+        values = robot.joint_values(q) + side * angle * np.array([0, 0, 0, 1.0, 0, -1.0])
+        found = svd(robot.jacobian(robot.configuration(values)) / np.array([[robot.length_scale]] * 3 + [[1.0]] * 3))
+        if np.linalg.norm(found.U[:, found.s >= 0.02 * found.s[0]].T @ lost) >= 0.5:
+            return angle
+    return np.inf
+
+
+def test_a_turn_is_the_shorter_one_of_both_sides_and_there_is_none_where_half_a_turn_is_too_little(rng):
+    robot, kinds, sides = rik.load("puma560"), set(), set()
+    for _ in range(30):
+        q = robot.configuration(np.where(np.arange(6) == 4, 0.0, rng.uniform(-2.5, 2.5, 6)))
+        found = svd(robot.jacobian(q) / np.array([[robot.length_scale]] * 3 + [[1.0]] * 3))
+        if found.s[-2] < 0.02 * found.s[0]:
+            continue
+        u = found.U[:, -1]
+        way = robot.way_out(q, u * np.array([robot.length_scale] * 3 + [1.0] * 3))
+        forth, back = (wrist_turn(robot, q, u, side) for side in (1.0, -1.0))
+        kinds.add(way.exit)
+        if way.exit is rik.Exit.TURN_FIRST:
+            sides.add(way.motion[3] > 0)
+            assert way.turn == pytest.approx(min(forth, back), abs=0.03)
+            assert way.turn == pytest.approx(forth if way.motion[3] > 0 else back, abs=0.03)
+        else:
+            assert way.exit is rik.Exit.STRUCTURAL
+            assert min(forth, back) == np.inf
+            assert (way.turn, way.motion.any()) == (np.inf, False)
+    assert kinds == {rik.Exit.TURN_FIRST, rik.Exit.STRUCTURAL}
+    assert sides == {False, True}
+
+
+def test_a_frame_that_no_joint_moves_cannot_follow_anything():
+    robot = rik.load("ur5")
+    way = robot.way_out(robot.rest, [0, 0, 1, 0, 0, 0], frame=robot.description.root)
+    assert (way.exit, way.share) == (rik.Exit.STRUCTURAL, 1.0)
+    assert not way.motion.any()
