@@ -8,7 +8,8 @@ out/robustness, and taken from there where scenarios, methods and packages are s
 from __future__ import annotations
 
 from benchmarks.robustness import telling
-from benchmarks.robustness.contenders import PEERS, ours
+from benchmarks.robustness.agreement import agreements
+from benchmarks.robustness.contenders import PEERS, TRIES, ours
 from benchmarks.robustness.halves import measure
 from benchmarks.tables import parser
 
@@ -20,11 +21,15 @@ def main() -> None:
     options.add_argument("--only", default="", help="contenders whose names contain this")
     options.add_argument("--no-peers", action="store_true", help="only this package")
     options.add_argument("--jobs", type=int, default=1, help="processes that share the work")
+    options.add_argument(
+        "--tries", type=int, default=TRIES, help="settings of each method that are tried; 0: none is tuned"
+    )
     arguments = options.parse_args()
     everyone = [*ours(), *(() if arguments.no_peers else PEERS)]
     contenders = [each for each in everyone if arguments.only in each.name]
-    results, failures, chosen = measure(contenders, arguments.jobs)
-    telling.tell(results, failures, chosen, page=PAGE, write=arguments.write)
+    results, failures, chosen = measure(contenders, arguments.jobs, arguments.tries)
+    agreed = [] if arguments.no_peers else agreements()
+    telling.tell(results, failures, chosen, agreed, page=PAGE, write=arguments.write)
 
 
 if __name__ == "__main__":

@@ -101,13 +101,13 @@ PEERS = (
 """Other packages with their defaults."""
 
 
-def drawn(contender: Contender) -> list[dict[str, float]]:
-    """The settings that are tried: TRIES of them, the same in every run; none for a method without parameters."""
+def drawn(contender: Contender, tries: int = TRIES) -> list[dict[str, float]]:
+    """The settings that are tried, the same in every run; more begin with the same ones; none without parameters."""
     if not contender.ranges:
         return []
     rng = np.random.default_rng(0)
     found: list[dict[str, float]] = []
-    while len(found) < TRIES:
+    while len(found) < tries:
         setting = {
             name: float(f"{np.exp(rng.uniform(np.log(low), np.log(high))):.3g}") for name, low, high in contender.ranges
         }

@@ -43,33 +43,54 @@ def all_measured(tasks: list[tuple[Contender, str, bool]], jobs: int, what: str)
     return failures
 
 
-def measure(contenders: list[Contender], jobs: int) -> tuple[BenchmarkResults, dict[str, str], dict[str, Contender]]:
-    """Results on the held-out arms of all contenders as they come and tuned; failures; and the tuned ones."""
+def measure(
+    contenders: list[Contender], jobs: int, tries: int
+) -> tuple[BenchmarkResults, dict[str, str], dict[str, Contender]]:
+    """Results on the held-out arms of all contenders as they come and tuned; failures; and the tuned ones by name.
+
+    Args:
+        contenders: With their defaults.
+        jobs: Processes that share the work.
+        tries: Settings of each that are tried; 0 for no tuning.
+    """
     for script in dict.fromkeys(each.script for each in contenders if each.script):
         with suppress(UnavailableError):  # told by each contender
             interpreter(script)
     for name in (*TRAINING, *HELD_OUT):
         arm(name)
-    failures = all_measured([(each, name, False) for name in HELD_OUT for each in contenders], jobs, "as they come")
+    failures = on_held_out(contenders, jobs, "as they come")
     there = [each for each in contenders if each.name not in failures]
-    settings = [(each, setting) for each in there for setting in (None, *drawn(each)) if each.ranges]
-    tries = [
-        (each if setting is None else each.set_to(setting), name, True)
-        for each, setting in settings
-        for name in TRAINING
-    ]
-    failures |= all_measured(tries, jobs, "tuning")
-    chosen = {
-        each.name: tuned(each, lambda contender, name: measured(contender, name, tuning=True))[0]
-        for each in there
-        if each.ranges and each.name not in failures
-    }
-    failures |= all_measured([(each, name, False) for name in HELD_OUT for each in chosen.values()], jobs, "tuned")
-    rows = [each for each in (*there, *chosen.values()) if each.name not in failures]
+    chosen: dict[str, Contender] = {}
+    if tries:
+        chosen, more = all_tuned([each for each in there if each.ranges], jobs, tries)
+        failures |= more | on_held_out(list(chosen.values()), jobs, "tuned")
+    changed = [each for each in chosen.values() if each.parameters]
+    return gathered([each for each in (*there, *changed) if each.name not in failures]), failures, chosen
+
+
+def on_held_out(contenders: list[Contender], jobs: int, what: str) -> dict[str, str]:
+    """Measures contenders on the held-out arms; why some could not be, by name."""
+    return all_measured([(each, name, False) for name in HELD_OUT for each in contenders], jobs, what)
+
+
+def all_tuned(contenders: list[Contender], jobs: int, tries: int) -> tuple[dict[str, Contender], dict[str, str]]:
+    """Contenders at their best settings, by name, and why others could not be measured."""
+    settings = [each for one in contenders for each in (one, *map(one.set_to, drawn(one, tries)))]
+    failures = all_measured([(each, name, True) for each in settings for name in TRAINING], jobs, "tuning")
+
+    def on_training(contender: Contender, name: str) -> dict[RunKey, RunScore]:
+        return measured(contender, name, tuning=True)
+
+    found = {each.name: tuned(each, on_training, tries)[0] for each in contenders if each.name not in failures}
+    return found, failures
+
+
+def gathered(rows: list[Contender]) -> BenchmarkResults:
+    """What is kept of the runs of contenders on the held-out arms."""
     scores: dict[str, dict[RunKey, RunScore]] = {each.label: {} for each in rows}
     told = {}
     for name in HELD_OUT:
         told |= facts(scenarios(name))
         for each in rows:
             scores[each.label] |= measured(each, name)
-    return BenchmarkResults(told, scores), failures, chosen
+    return BenchmarkResults(told, scores)

@@ -31,7 +31,6 @@ def measured(contender: Contender, name: str, *, tuning: bool = False) -> dict[R
         UnavailableError: It is another package that cannot be run here.
     """
     chosen = for_tuning(name) if tuning else scenarios(name)
-    KEPT.mkdir(parents=True, exist_ok=True)
     digest = _digest(
         repr((contender.kind, contender.script, contender.parameters)).encode(),
         _sources(contender.script),
@@ -41,6 +40,7 @@ def measured(contender: Contender, name: str, *, tuning: bool = False) -> dict[R
     if kept.is_file():
         found = json.loads(kept.read_text(encoding="utf-8"))
         return {key_of(each): RunScore.from_json(told) for each, told in zip(chosen, found)}
+    KEPT.mkdir(parents=True, exist_ok=True)
     robot = arm(name)[0]
     if contender.script:
         traces = peer_traces(contender, name, chosen)
@@ -75,6 +75,7 @@ def peer_traces(contender: Contender, name: str, chosen: Sequence[RobustnessScen
             f"{i} speed": each.speed, f"{i} acceleration": each.acceleration,
             f"{i} numbers": np.array([each.dt, each.gain, each.cap, each.drive]),
         }  # fmt: skip
+    work.parent.mkdir(parents=True, exist_ok=True)
     np.savez(work, **arrays)
     try:
         with Peer(contender.script, "track", work) as running:

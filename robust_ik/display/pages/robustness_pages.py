@@ -44,9 +44,9 @@ def write_robustness_html(folder: str | Path, results: BenchmarkResults) -> Path
     Raises:
         InputError: There is nothing to show, or nothing can be written there.
     """
-    rows = results.summaries()
-    if not rows or not results.scenarios:
+    if not results.scores or not results.scenarios:
         raise InputError("there is nothing to show: run at least one method on one robot")
+    rows = results.summaries()
     place = Path(folder).expanduser()
     shown = [key for key in results.scenarios if any(runs[key].curves for runs in results.scores.values())]
     names = {key: f"scenario-{index:03d}.html" for index, key in enumerate(shown, 1)}
