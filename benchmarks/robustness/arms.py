@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -34,7 +35,8 @@ def arm(name: str) -> tuple[rik.Robot, Chain, Path]:
     known = rik.load(name)
     limits = np.full(known.n, FREE)
     chain = replace(Chain.of(known), name=name, lower=-limits, upper=limits)
-    path = chains.write(CACHE / "robustness" / f"{name}.urdf", name, (chain,))
+    path = CACHE / "robustness" / f"{name}.urdf"
+    chains.write(path.with_suffix(f".{os.getpid()}"), name, (chain,)).replace(path)  # others may be reading it
     return rik.load(str(path), tip=chain.tip).with_rows(known.rows), chain, path
 
 

@@ -47,7 +47,7 @@ def test_the_front_is_made_of_those_that_nobody_beats():
     assert found["fast"] == found["calm"] == found["middle"] == ()
     assert found["bad"] == ("middle",)
     assert set(found["worst"]) == {"fast", "calm", "middle", "bad"}
-    assert dominated_by({"one": (1, 2), "twin": (1, 2)}) == {"one": (), "twin": ()}
+    assert dominated_by({"one": (1, 2), "twin": (1, 2 + 1e-12)}) == {"one": (), "twin": ()}
     with pytest.raises(rik.InputError, match="numbers are missing of b"):
         dominated_by({"a": (1, 2), "b": (1, math.nan)})
     with pytest.raises(rik.InputError, match="the same numbers"):

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from robust_ik.checks.public_arguments import checked
 from robust_ik.display.figures.figure_files import save_figure
 from robust_ik.errors import InputError
 from robust_ik.errors.safe_text import in_figure
@@ -26,20 +27,21 @@ NAMED = 12
 """Methods with names beside their dots: those of the lowest prices, and all that are on the front."""
 
 
-def plot_tradeoff(rows: Sequence[MethodSummary], path: str | Path) -> Path:
+@checked
+def plot_tradeoff(summaries: Sequence[MethodSummary], path: str | Path) -> Path:
     """Draws the error in kept directions against peak speed, time to leave and chatter; less is better everywhere.
 
     Args:
-        rows: Of `BenchmarkResults.summaries`, the best placed first.
+        summaries: Of `BenchmarkResults.summaries`, the best placed first.
         path: Image to write: .png, .svg or .pdf.
 
     Raises:
         InputError: There is no row, or the path cannot be written.
     """
-    if not rows:
+    if not summaries:
         raise InputError("there is nothing to draw: give at least one row")
     check_figure(path)
-    return save_figure(_drawn(rows), path, dpi=130)
+    return save_figure(_drawn(summaries), path, dpi=130)
 
 
 def _drawn(rows: Sequence[MethodSummary]) -> Figure:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from robust_ik.checks.public_arguments import checked
 from robust_ik.display.pages.comparison_page import PALETTE
 from robust_ik.display.pages.run_table import number, swatch
 from robust_ik.display.pages.svg_chart import ChartCurve, chart
@@ -31,6 +32,7 @@ TITLES = (
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 
 
+@checked
 def write_robustness_html(folder: str | Path, results: BenchmarkResults) -> Path:
     """Writes `index.html` and a page for each scenario whose curves are kept into a folder.
 

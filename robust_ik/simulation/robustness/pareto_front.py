@@ -9,6 +9,9 @@ import numpy as np
 from robust_ik.checks import Array
 from robust_ik.errors import InputError
 
+SAME = 1e-6
+"""Numbers that differ by less than this part of them are the same, so that rounding beats nobody."""
+
 
 def dominated_by(values: Mapping[str, Sequence[float]]) -> dict[str, tuple[str, ...]]:
     """For each method the others that are no worse in any number and better in one: () for those on the front.
@@ -33,4 +36,5 @@ def dominated_by(values: Mapping[str, Sequence[float]]) -> dict[str, tuple[str, 
 def better(table: Array) -> Array:
     """Whether row i of numbers, (..., M, K), dominates row j: (..., M, M) of bool."""
     first, second = table[..., :, None, :], table[..., None, :, :]
-    return np.asarray((first <= second).all(axis=-1) & (first < second).any(axis=-1))
+    no_worse, less = first <= second * (1 + SAME), first < second * (1 - SAME)
+    return np.asarray(no_worse.all(axis=-1) & less.any(axis=-1))

@@ -14,7 +14,7 @@ from robust_ik.checks.public_arguments import checked
 from robust_ik.errors import InputError
 from robust_ik.inverses import Exit
 from robust_ik.robot.robot import Robot
-from robust_ik.simulation.robustness import benchmark_motions as motions
+from robust_ik.simulation.robustness import benchmark_motions
 from robust_ik.simulation.robustness.benchmark_scenario import RobustnessScenario
 from robust_ik.simulation.robustness.singular_points import (
     SingularFamily,
@@ -88,7 +88,7 @@ def speed_limits(robot: Robot) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class _Place:
+class _NamedPoint:
     """A singular point with the number by which its scenarios are told apart."""
 
     point: SingularPoint
@@ -110,12 +110,12 @@ class _Maker:
             for corank in range(2, HIGHEST + 1)
         }
 
-    def _sorted(self, points: Iterable[SingularPoint]) -> dict[Exit, list[_Place]]:
-        found: dict[Exit, list[_Place]] = {kind: [] for kind in self.wanted}
+    def _sorted(self, points: Iterable[SingularPoint]) -> dict[Exit, list[_NamedPoint]]:
+        found: dict[Exit, list[_NamedPoint]] = {kind: [] for kind in self.wanted}
         for point in points:
             places = found.get(point.exit, [])
             if len(places) < self.wanted.get(point.exit, 0):
-                places.append(_Place(point, f"{NAMES[point.exit]} {len(places) + 1}"))
+                places.append(_NamedPoint(point, f"{NAMES[point.exit]} {len(places) + 1}"))
             if all(len(found[kind]) == count for kind, count in self.wanted.items()):
                 break
         return found
@@ -141,7 +141,7 @@ class _Maker:
         firsts = [group[0] for group in self.simple.values() if group]
         yield from self.varied(firsts)
 
-    def varied(self, places: list[_Place]) -> Iterator[RobustnessScenario]:
+    def varied(self, places: list[_NamedPoint]) -> Iterator[RobustnessScenario]:
         """Motions at the first point of each sort again: with noise, at other speeds, with other time steps."""
         for number, place in enumerate(places):
             noisy = [self.cross(place, NEAR), self.start(place, 1.0, 0)]
@@ -158,13 +158,13 @@ class _Maker:
                 yield replace(each, name=f"{each.name}, {1e3 * each.dt:g} ms", kind="sampling", shown=not number)
 
     def cross(
-        self, place: _Place, distance: float, *, seconds: float = 2.0, dt: float = DT, shown: bool = False
+        self, place: _NamedPoint, distance: float, *, seconds: float = 2.0, dt: float = DT, shown: bool = False
     ) -> RobustnessScenario:
         """Poses of the arm across the family, passing the singular one at a distance along what is lost."""
         point = place.point
         aside = np.random.default_rng(self.seed).normal(size=self.robot.n)
         way = point.across + 0.4 * aside / np.linalg.norm(aside)
-        targets = motions.crossing(
+        targets = benchmark_motions.crossing(
             self.robot, point.values, way / np.linalg.norm(way), distance * self.metres(point.lost[:, 0]), seconds, dt
         )
         start = point.values - 0.5 * way / np.linalg.norm(way)
@@ -172,29 +172,36 @@ class _Maker:
         return self.scenario(name, "cross", point, start, targets, dt, cap=CAP, shown=shown)
 
     def start(
-        self, place: _Place, side: float, beside: int, *, seconds: float = STAY, dt: float = DT, shown: bool = False
+        self,
+        place: _NamedPoint,
+        side: float,
+        beside: int,
+        *,
+        seconds: float = STAY,
+        dt: float = DT,
+        shown: bool = False,
     ) -> RobustnessScenario:
         """Exactly on the singular configuration, or as far beside as rounding; the target is a step along the lost."""
         point = place.point
         rng = np.random.default_rng((self.seed, beside))
         values = point.values + (BESIDE * rng.normal(size=self.robot.n) if beside else 0.0)
         pose = self.robot.pose(self.robot.configuration(point.values))
-        target = motions.moved(pose, side * PUSH * self.metres(point.lost[:, 0]))
+        target = benchmark_motions.moved(pose, side * PUSH * self.metres(point.lost[:, 0]))
         outward = point.exit is Exit.FOLD and side < 0
         exit_ = Exit.END_OF_REACH if outward else point.exit
         name = f"start {place.label}, {'back' if side < 0 else 'forth'}{f', beside {beside}' if beside else ''}"
         return self.scenario(
-            name, "start", point, values, motions.still(target, seconds, dt), dt, cap=START_CAP, exit_=exit_,
+            name, "start", point, values, benchmark_motions.still(target, seconds, dt), dt, cap=START_CAP, exit_=exit_,
             leavable=not outward, shown=shown and not beside,
         )  # fmt: skip
 
-    def beyond(self, place: _Place, *, shown: bool = False) -> RobustnessScenario:
+    def beyond(self, place: _NamedPoint, *, shown: bool = False) -> RobustnessScenario:
         """A line from within reach to 0.15 beyond the edge, and back."""
         point = place.point
         start = point.values + 0.5 * point.kernel[:, 0]
         edge = self.robot.pose(self.robot.configuration(point.values))
-        far = motions.moved(edge, -0.15 * self.metres(point.lost[:, 0]))
-        targets = motions.there_and_back(self.robot.pose(self.robot.configuration(start)), far, 3.0, DT)
+        far = benchmark_motions.moved(edge, -0.15 * self.metres(point.lost[:, 0]))
+        targets = benchmark_motions.there_and_back(self.robot.pose(self.robot.configuration(start)), far, 3.0, DT)
         return self.scenario(f"beyond {place.label}", "beyond", point, start, targets, DT, cap=CAP, shown=shown)
 
     def corank(self, point: SingularPoint, corank: int, number: int) -> RobustnessScenario:
@@ -203,16 +210,17 @@ class _Maker:
         near = point.values + 0.6 * rng.uniform(-1, 1, self.robot.n)
         target = self.robot.pose(self.robot.configuration(near))
         return self.scenario(
-            f"corank {corank}, target {number + 1}", "corank", point, point.values, motions.still(target, STAY, DT), DT,
+            f"corank {corank}, target {number + 1}", "corank", point, point.values,
+            benchmark_motions.still(target, STAY, DT), DT,
             cap=CORANK_CAP, leavable=True, shown=not number,
         )  # fmt: skip
 
     def lines(self) -> Iterator[RobustnessScenario]:
         """Lines past the first axis, there and back, from a configuration that is far from singular."""
         point = next(group[0].point for group in self.simple.values() if group)
-        start = motions.regular_start(self.robot, self.length, np.random.default_rng(self.seed))
+        start = benchmark_motions.regular_start(self.robot, self.length, np.random.default_rng(self.seed))
         for number, offset in enumerate(OFFSETS):
-            targets = motions.past_the_first_axis(self.robot, start, offset, 4.0, DT)
+            targets = benchmark_motions.past_the_first_axis(self.robot, start, offset, 4.0, DT)
             made = self.scenario(
                 f"line past axis 1 at {offset:g}", "line", point, start, targets, DT, cap=CAP, shown=not number
             )
@@ -220,7 +228,7 @@ class _Maker:
 
     def metres(self, scaled: Array) -> Array:
         """A motion in scaled rows as a twist, (6,)."""
-        return motions.as_twist(scaled, self.robot.rows, self.length)
+        return benchmark_motions.as_twist(scaled, self.robot.rows, self.length)
 
     def scenario(
         self, name: str, kind: str, point: SingularPoint, start: Array, targets: Array, dt: float, *, cap: float,
