@@ -30,7 +30,8 @@ NAMED = {
     "Certificate": "a Certificate", "DHTable": "a DHTable", "Explanation": "an Explanation",
     "LiveServer": "a LiveServer", "Proof": "a Proof", "RobustInverse": "a RobustInverse", "Robot": "a Robot",
     "Scenario": "a Scenario", "Scene": "a Scene", "SingularValueFilter": "a SingularValueFilter",
-    "SingularityAtlas": "a SingularityAtlas",
+    "SingularityAtlas": "a SingularityAtlas", "BenchmarkResults": "a BenchmarkResults",
+    "MethodSummary": "a MethodSummary",
     "Stratum": "a Stratum", "Trajectory": "a Trajectory", "Verdict": "a Verdict", "WorkspaceMap": "a WorkspaceMap",
     "Status": "a Status", "Obstacle": "an Obstacle", "Descent": "a Descent", "Generator": "a numpy Generator",
 }  # fmt: skip

@@ -8,9 +8,11 @@ from robust_ik.display.figures.descents import descents_figure
 from robust_ik.display.figures.gains import plot_gains
 from robust_ik.display.figures.run_figures import plot_runs, runs_figure
 from robust_ik.display.figures.stills import stills_figure
+from robust_ik.display.figures.tradeoff import plot_tradeoff
 from robust_ik.display.figures.workspaces import plot_workspace, workspace_figure
 from robust_ik.display.pages.atlas_page import write_atlas_html
 from robust_ik.display.pages.comparison_page import write_html
+from robust_ik.display.pages.robustness_pages import write_robustness_html
 from robust_ik.display.scene.scene import Scene, serve
 
 __all__ = [
@@ -25,6 +27,7 @@ __all__ = [
     "plot_curves",
     "plot_gains",
     "plot_runs",
+    "plot_tradeoff",
     "plot_workspace",
     "runs_figure",
     "serve",
@@ -32,4 +35,5 @@ __all__ = [
     "workspace_figure",
     "write_atlas_html",
     "write_html",
+    "write_robustness_html",
 ]

@@ -22,6 +22,7 @@ import robust_ik as rik
 from robust_ik import certificates, display, inverses
 from robust_ik.analysis import evaluation, stability
 from robust_ik.description.catalog import catalog
+from robust_ik.simulation.robustness import BenchmarkResults, RunKey, RunScore
 from tests.attack.guards import TooSlowError, within
 
 COUNTS = {"short": 600, "full": 200_000}
@@ -96,6 +97,14 @@ def run():
 @cache
 def workspace():
     return rik.map_workspace(small(), 50)
+
+
+@cache
+def benchmark_results():
+    key = RunKey("planar_2r", "cross", "first")
+    numbers = dict.fromkeys([each.name for each in dataclasses.fields(RunScore)[:-1]], 0.5)
+    told = {"exit": "fold", "place": "q2 = 0", "dt": 0.01, "seconds": 2.0}
+    return BenchmarkResults({key: told}, {"a": {key: RunScore(**numbers, curves=((0.1, 0.2),) * 3)}})
 
 
 def line():
@@ -180,6 +189,9 @@ SAMPLES = {
     "run": lambda: run(),
     "trajectories": lambda: {"a": run()},
     "workspace": lambda: workspace(),
+    "results": lambda: benchmark_results(),
+    "summaries": lambda: benchmark_results().summaries(),
+    "folder": lambda: "pages",
     "filters": lambda: [rik.JParse()],
     "scene": lambda: display.Scene(),
     "visualizer": lambda: display.Scene()["robot"],
