@@ -76,6 +76,10 @@ def test_a_start_is_exactly_singular_or_a_rounding_beside_and_loses_what_it_says
         assert each.lost.shape == (len(robot.rows), 1)
         J = robot.jacobian(robot.configuration(each.start)) / each.units[:, None]
         assert np.linalg.norm(each.lost[:, 0] @ J) < 1e-9
+        outward = each.exit == "end of reach"
+        reached = robot.solve_pose(each.targets[-1], robot.configuration(each.start), effort="thorough").solved
+        assert each.leavable == (reached and not outward)
+    assert {each.leavable for each in found} == {True, False}
     exact = {each.name: each for each in found}
     beside = [each for each in found if "beside" in each.name]
     assert beside
@@ -93,6 +97,20 @@ def test_a_start_of_higher_corank_has_it():
         assert s[-3] > 0.05 * s[0]
         assert each.lost.shape == (6, 2)
         assert each.leavable
+
+
+def test_a_start_whose_target_no_configuration_reaches_need_not_be_left():
+    """So near to its fully folded pose that a step inwards from the stretched one leads past the hole in the middle."""
+    joints = tuple(rik.DHJoint(a=a, d=0.0, alpha=0.0) for a in (0.5, 0.45))
+    robot = rik.Robot.from_dh(rik.DHTable(joints, "standard", name="hollow", rows=("x", "y")))
+    long = Family(1, np.array([[0.4, 0.0]]), "stretched out")
+    stretched = [each for each in robustness_scenarios(robot, [long]) if each.kind == "start" and not each.drive]
+    assert {each.leavable for each in stretched if each.exit == "fold"} == {True}
+    thin = tuple(rik.DHJoint(a=a, d=0.0, alpha=0.0) for a in (0.5, 0.01))
+    robot = rik.Robot.from_dh(rik.DHTable(thin, "standard", name="thin", rows=("x", "y")))
+    found = [each for each in robustness_scenarios(robot, [long]) if each.kind == "start" and not each.drive]
+    assert found
+    assert not any(each.leavable for each in found)
 
 
 def test_a_target_beyond_reach_cannot_be_reached_and_its_ends_can():

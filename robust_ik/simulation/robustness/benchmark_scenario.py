@@ -48,7 +48,8 @@ class RobustnessScenario:
         drive: Whether a drive executes commands within the limits only; else they are executed as they are.
         noise: Standard deviation of measured joint values, rad.
         seed: Of the noise.
-        leavable: Whether the arm has to get away from a singular configuration, and can to second order.
+        leavable: Whether the arm has to get away from a singular configuration, can to second order, and can reach the
+            target at all.
         shown: Whether its curves are kept, for a page.
     """
 

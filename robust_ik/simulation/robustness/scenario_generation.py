@@ -189,10 +189,12 @@ class _Maker:
         target = benchmark_motions.moved(pose, side * PUSH * self.metres(point.lost[:, 0]))
         outward = point.exit is Exit.FOLD and side < 0
         exit_ = Exit.END_OF_REACH if outward else point.exit
+        near = self.robot.configuration(point.values)
+        leavable = not outward and self.robot.solve_pose(target, near, effort="thorough").solved
         name = f"start {place.label}, {'back' if side < 0 else 'forth'}{f', beside {beside}' if beside else ''}"
         return self.scenario(
             name, "start", point, values, benchmark_motions.still(target, seconds, dt), dt, cap=START_CAP, exit_=exit_,
-            leavable=not outward, shown=shown and not beside,
+            leavable=leavable, shown=shown and not beside,
         )  # fmt: skip
 
     def beyond(self, place: _NamedPoint, *, shown: bool = False) -> RobustnessScenario:
