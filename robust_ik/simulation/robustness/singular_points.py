@@ -10,6 +10,7 @@ import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.inverses import Exit
+from robust_ik.inverses.second_order.weak_rows import upright
 from robust_ik.kinematics.svd import svd, whole_svd
 from robust_ik.robot.robot import Robot
 
@@ -17,8 +18,6 @@ SINGULAR = 1e-5
 """Largest σ/σ₁ that counts as lost: models with rounded numbers have no smaller one on some families."""
 REGULAR = 0.05
 """Least σ/σ₁ of what is not lost, so that a scenario is about one singularity at a time."""
-NEARLY = 0.99
-"""Entries that differ by less count as equally large, so that rounding does not choose a sign."""
 DRAWN = 256
 """Random configurations whose mean sets the length scale."""
 
@@ -117,12 +116,6 @@ def singular_point(robot: Robot, values: Array, corank: int, length: float, plac
     across = svd(bend @ kernel).U[:, 0]
     kernel, across = upright(kernel[:, 0]) * kernel, upright(across) * across
     return SingularPoint(np.array(values), corank, told[side].exit, lost, kernel, across, place)
-
-
-def upright(vector: Array) -> float:
-    """±1, so that the largest entry, the first of those that are nearly as large, turns positive."""
-    size = np.abs(vector)
-    return 1.0 if vector[np.argmax(size >= NEARLY * size.max())] >= 0 else -1.0
 
 
 def _strength(exit_: Exit) -> int:
