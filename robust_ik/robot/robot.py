@@ -263,6 +263,8 @@ class Robot(RobotKinematics):
         found = way_out(self, q, twist, frame, names, threshold)
         if atlas is None:
             return found
+        if not isinstance(atlas, Families):
+            raise InputError(f"atlas must be a SingularityAtlas, got {reprlib.repr(atlas)}")
         if frame is not None or names != self.rows:
             raise InputError("an atlas is about the robot's tip and rows: give neither frame nor rows with it")
         return replace(found, family=atlas.said_of(q))

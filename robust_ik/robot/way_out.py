@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -28,6 +28,7 @@ USABLE = 0.02
 """σ/σ₁ from which a direction can be used: below, joint speeds are fifty times those of the best direction."""
 
 
+@runtime_checkable
 class Families(Protocol):
     """An atlas of singular configurations, of the tip in the robot's rows."""
 

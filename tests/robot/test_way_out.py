@@ -176,6 +176,8 @@ def test_an_atlas_is_about_the_tip_in_the_rows_of_the_robot():
     q = robot.configuration([0.4, 0.7, -0.9])
     with pytest.raises(rik.InputError, match="give neither frame nor rows with it"):
         robot.way_out(q, [1.0], rows=("x",), atlas=atlas)
+    with pytest.raises(rik.InputError, match="atlas must be a SingularityAtlas, got 1e"):
+        robot.way_out(q, [1.0, 0.0], atlas=1e308)
     assert robot.way_out(q, [1.0, 0.0], atlas=atlas).family.count("corank") == 1
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -134,7 +133,7 @@ def _document(title: str, body: str) -> str:
     """A page without scripts."""
     return (
         f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><meta http-equiv="Content-Security-Policy" '
-        f'content="{html.escape(POLICY)}"><meta name="viewport" content="width=device-width, initial-scale=1">'
+        f'content="{in_html(POLICY)}"><meta name="viewport" content="width=device-width, initial-scale=1">'
         f'<meta name="color-scheme" content="light dark"><link rel="icon" href="data:,"><title>{in_html(title)}</title>'
         f"<style>{asset('robustness.css')}</style></head><body><main><h1>{in_html(title)}</h1>{body}</main></body></html>\n"
     )
