@@ -2,6 +2,6 @@
 
 from robust_ik.inverses.second_order.exit_verdict import Exit, exit_verdict
 from robust_ik.inverses.second_order.second_order import SecondOrder
-from robust_ik.inverses.second_order.weak_rows import weak_rows
+from robust_ik.inverses.second_order.weak_rows import upright, weak_rows
 
-__all__ = ["Exit", "SecondOrder", "exit_verdict", "weak_rows"]
+__all__ = ["Exit", "SecondOrder", "exit_verdict", "upright", "weak_rows"]

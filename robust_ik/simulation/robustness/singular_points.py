@@ -10,7 +10,7 @@ import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.inverses import Exit
-from robust_ik.inverses.second_order.weak_rows import upright
+from robust_ik.inverses.second_order import upright
 from robust_ik.kinematics.svd import svd, whole_svd
 from robust_ik.robot.robot import Robot
 
