@@ -9,7 +9,7 @@ import robust_ik as rik
 from robust_ik.certificates.certify import best_proof
 from robust_ik.certificates.effort import Effort
 from robust_ik.certificates.proof.proof import Proof
-from robust_ik.certificates.prover.case_split import _Splitter
+from robust_ik.certificates.prover.case_split import FEW, HOPELESS, _Splitter
 from robust_ik.certificates.prover.exact_arm import exact_arm
 
 ARMS = ("duleba_3r", "planar_3r", "almarkhi_4dof", "puma560", "pa10", "srs_7r", "ur5", "z1", "so100")
@@ -63,7 +63,18 @@ def test_a_split_whose_cases_grow_faster_than_its_steps_allow_is_given_up_while_
     assert 20 < len(looked_at) < 0.5 * len(soon.nodes)
 
 
-def test_a_proof_that_needs_nearly_all_of_its_steps_is_not_given_up():
+def test_a_proof_that_needs_nearly_all_of_its_steps_is_not_given_up(monkeypatch):
+    """The hardest one of quick work: what waits would cost more than is left at the mean, and less than twice that."""
+    ratios, given_up = [], _Splitter._given_up
+
+    def noted(self):
+        if self.treated >= FEW and self.waiting:
+            mean = (self.allowed - self.effort.steps) / self.treated
+            ratios.append(len(self.waiting) * mean / self.effort.steps)
+        return given_up(self)
+
+    monkeypatch.setattr(_Splitter, "_given_up", noted)
     effort = Effort.quick(10)
     assert proof("srs_10r", 3, effort).status == "proved"
     assert effort.steps < 0.1 * Effort.quick(10).steps
+    assert 1.2 < max(ratios) < 1.5 < HOPELESS
