@@ -44,13 +44,16 @@ def count_components(chain: ScrewChain, leaf: Leaf, rng: np.random.Generator) ->
     if len(leaf.relations) == 1 and not leaf.curve:
         pinned = {joint for pin in leaf.pins if len(pin.angle.joints) == 1 for joint in pin.angle.joints}
         joints = [joint for joint in leaf.relations[0].joints if joint not in pinned]
-        follow = _followers(leaf, pinned | set(joints))
-        if follow and len(joints) in GRID and (count := _on_grid(chain, leaf, joints)):
+        if (
+            _sums_follow(leaf, pinned | set(joints))
+            and len(joints) in GRID
+            and (count := _on_grid(chain, leaf, joints))
+        ):
             return count, False
     return _linked(chain, leaf, rng), False
 
 
-def _followers(leaf: Leaf, known: set[int]) -> bool:
+def _sums_follow(leaf: Leaf, known: set[int]) -> bool:
     """Whether each pinned sum of joints has one joint of its own that follows the others, so that pieces stay apart."""
     sums = [set(pin.angle.joints) - known for pin in leaf.pins if len(pin.angle.joints) > 1]
     return all(len(each) == 1 for each in sums) and len(set().union(*sums)) == len(sums)

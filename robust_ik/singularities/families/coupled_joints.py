@@ -118,12 +118,16 @@ def _shortest(
 ) -> list[tuple[list[Circuit], Relation | None]]:
     """Those of independent circuits, short relations first, until there are as many normals as are wanted."""
     chosen, normals = [], list(normals)
-    key = lambda pair: (len(pair[0][0].joints), SHORT + 1) if pair[1] is None else (0, len(pair[1].terms))  # noqa: E731
-    for group, relation in sorted(fitted, key=key):
+    for group, relation in sorted(fitted, key=lambda pair: _length(*pair)):
         if len(normals) < count and independent([*normals, group[0].normals]):
             normals.append(group[0].normals)
             chosen.append((group, relation))
     return chosen
+
+
+def _length(group: Sequence[Circuit], relation: Relation | None) -> tuple[int, int]:
+    """A sort key: relations by their terms, then circuits without one by their joints."""
+    return (len(group[0].joints), SHORT + 1) if relation is None else (0, len(relation.terms))
 
 
 def _longest(chosen: Sequence[tuple[list[Circuit], Relation | None]]) -> float:
