@@ -49,6 +49,7 @@ def test_a_joint_that_follows_by_a_pinned_sum_changes_no_pieces(chain, pins, at,
         (Pin(Angle((1, 3), (1, -1), TURN), 0.7),),  # both joints of the relation
         (Pin(Angle((0, 2), (1, -1), TURN), 0.7),),  # neither: one of the two is free
         (Pin(Angle((1, 2), (1, -1), TURN), 0.7), Pin(Angle((2, 3), (1, 1), TURN), 0.1)),  # one joint follows twice
+        (Pin(Angle((1, 3), (1, -1), TURN), 0.7), Pin(Angle((0, 2), (1, 1), TURN), 0.1)),  # no follower, and two
     ],
 )
 def test_pieces_are_walked_where_sums_bind_more_or_less(chain, pins, monkeypatch):
