@@ -12,6 +12,9 @@ from robust_ik.singularities.atlas.atlas_json import to_plain
 from robust_ik.singularities.atlas.evidence import Completeness
 from robust_ik.singularities.atlas.find_singularities import find_singularities
 from robust_ik.singularities.conditions import relation_bases
+from robust_ik.singularities.conditions.angle_sums import Angle
+from robust_ik.singularities.conditions.dependent_angles import Circuit
+from robust_ik.singularities.conditions.trig_relations import Factor, Relation
 from robust_ik.singularities.families import coupled_joints
 from robust_ik.singularities.families.degenerate_leaves import degenerate_leaves
 from robust_ik.singularities.families.leaf import sound
@@ -271,3 +274,26 @@ def test_where_the_whole_jacobian_vanishes_is_a_singularity_too(name, row, piece
     assert atlas.evidence[0].status is Completeness.CERTIFIED
     for each in atlas:
         assert np.abs(robot.jacobian(robot.configuration(each.samples), rows=[row])).max() < 1e-9
+
+
+@pytest.mark.parametrize("small, large, told", [(7, 5, 5), (5, 7, 5), (4, 2, 4), (None, 6, 6)])
+def test_a_larger_circuit_is_chosen_where_its_relation_is_shorter(small, large, told, monkeypatch):
+    """Circuits of three and of four angles for one condition; four angles have four terms at least."""
+    turns = [Angle((joint,), (1,), 2 * np.pi) for joint in range(4)]
+    groups = [[Circuit(tuple(turns[:size]), np.eye(4)[None, size - 1])] for size in (3, 4)]
+    asked = []
+
+    def found(tried, values, **_):
+        (((*angles,),),) = tried
+        asked.append(len(angles))
+        terms = small if len(angles) == 3 else large
+        return [
+            terms
+            and Relation(tuple((Factor(each, "cos", 1.0),) for each in (angles * 3)[:terms]), np.ones(terms), 0, 9)
+        ]
+
+    monkeypatch.setattr(coupled_joints, "simplest_each", found)
+    monkeypatch.setattr(coupled_joints, "_own", lambda group, relation: relation)
+    ((_, relation),) = coupled_joints._conditions(groups, np.zeros((9, 4)), [], 1)
+    assert len(relation.terms) == told
+    assert asked == ([3] if small == 4 else [3, 4])
