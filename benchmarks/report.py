@@ -57,8 +57,9 @@ def versions() -> dict[str, str]:
 
 def command() -> str:
     """How this program was started, without its directories."""
-    module = f"benchmarks.{Path(sys.argv[0]).stem}"
-    return " ".join(["python -m", module, *sys.argv[1:]])
+    script = Path(sys.argv[0])
+    module = script.parent.name if script.stem == "__main__" else script.stem
+    return " ".join(["python -m", f"benchmarks.{module}", *sys.argv[1:]])
 
 
 @dataclass

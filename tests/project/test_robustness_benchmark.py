@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import robust_ik as rik
-from benchmarks import environments
+from benchmarks import environments, report
 from benchmarks.robustness import arms, measuring, telling
 from benchmarks.robustness.agreement import ALIKE, compared, motions
 from benchmarks.robustness.arms import HELD_OUT, SEEDS, TRAINING, arm, for_tuning, scenarios
@@ -163,3 +163,9 @@ def test_scenarios_of_the_urdf_that_all_read_are_those_of_the_arm():
     assert path.is_file()
     assert np.abs(chain.upper).min() > 2 * np.pi
     assert replace(chain, name="x").joints == known.joint_names
+
+
+@pytest.mark.parametrize(("script", "name"), [("robustness/__main__.py", "robustness"), ("svd.py", "svd")])
+def test_a_record_names_the_command_that_made_it(monkeypatch, script, name):
+    monkeypatch.setattr(sys, "argv", [f"/somewhere/benchmarks/{script}", "--write"])
+    assert report.command() == f"python -m benchmarks.{name} --write"
