@@ -24,6 +24,8 @@ MORE = {
     "Halley": (("horizon", 0.01, 1.0),),
 }  # fmt: skip
 """Ranges of parameters whose defaults are no plain numbers."""
+TUNED = ", tuned"
+"""What the label of a tuned row ends in."""
 NAMES = {"SlowDown": "SlowDown (MoveIt Servo's rule)"}
 """What rows are called where the class says it not well enough."""
 
@@ -51,7 +53,7 @@ class Contender:
     @property
     def label(self) -> str:
         """Name with the mark of a tuned setting."""
-        return f"{self.name}, tuned" if self.tuned else self.name
+        return self.name + TUNED if self.tuned else self.name
 
     def set_to(self, parameters: Mapping[str, float]) -> Contender:
         """The same method, tuned."""
@@ -95,8 +97,10 @@ PEERS = (
     Contender("Pink", "pink", ranges=(("damping", 1e-8, 1e-1), ("lm_damping", 1e-4, 10.0))),
     Contender("mink", "mink", ranges=(("damping", 1e-8, 1e-1), ("lm_damping", 1e-4, 10.0))),
     Contender("PlaCo", "placo", ranges=(("regularisation", 1e-8, 1e-2),)),
+    Contender("RoboPlan", "roboplan", ranges=(("regularization", 1e-8, 1e-1), ("lm_damping", 1e-4, 10.0))),
     Contender("jparse-robotics", "jparse", ranges=(("gamma", 0.01, 0.9),)),
     Contender("PyKDL wdls", "pykdl", ranges=(("lambda", 1e-3, 1.0), ("eps", 1e-4, 1.0))),
+    Contender("EmbodiK", "embodik", ranges=(("damping", 1e-3, 1.0), ("tolerance", 1e-3, 1.0))),
 )
 """Other packages with their defaults."""
 

@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping, Sequence
 
 from benchmarks.report import OUT, command, machine, versions
+from benchmarks.robustness import saved
 from benchmarks.robustness.agreement import Agreement
 from benchmarks.robustness.arms import HELD_OUT, TRAINING
 from benchmarks.robustness.contenders import Contender
@@ -35,15 +36,25 @@ def tell(
     results: BenchmarkResults, failures: Mapping[str, str], chosen: Mapping[str, Contender],
     agreements: Sequence[Agreement], *, page: str, write: bool,
 ) -> None:  # fmt: skip
-    """Prints everything and saves it; into the page, and docs/benchmarks, if `write`."""
+    """Prints everything and saves it; into the page, and docs/benchmarks, if `write`.
+
+    Args:
+        results: Of all rows, rounded.
+        failures: Why contenders have no row, by name.
+        chosen: The tuned ones, by name.
+        agreements: Of pairs; if there are none, nothing is told of them.
+        page: File in docs.
+        write: Whether to change it.
+    """
     rows = results.summaries()
     parts = {
         "table": markdown(COLUMNS, [_cells(row) for row in rows]),
         "words": "\n".join(f"* {line}" for line in [*words(rows), *_missing(failures)]),
         "classes": markdown(("method", *KINDS), [_classes(results, row.name) for row in rows]),
         "settings": _settings(chosen),
-        "agreement": "\n".join(f"* {each.words}." for each in agreements),
     }
+    if agreements:  # else the page keeps what it says of them
+        parts["agreement"] = "\n".join(f"* {each.words}." for each in agreements)
     for mark, text in parts.items():
         publish(text, page, f"{NAME}_{mark}", write=write)
         print()
@@ -60,6 +71,7 @@ def tell(
         folder.mkdir(parents=True, exist_ok=True)
         (folder / f"{NAME}.json").write_text(json.dumps(_finite(record), indent=1) + "\n", encoding="utf-8")
         plot_tradeoff(rows, folder / f"{NAME}.svg")
+        saved.save(results, folder)
     results.save(OUT / f"{NAME}_runs.json")
     write_robustness_html(OUT / NAME, results)
 
