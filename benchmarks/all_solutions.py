@@ -1,8 +1,8 @@
 """Counts what `all_solutions` finds, and what it costs: `python -m benchmarks.all_solutions`.
 
 With `--write` the table goes into docs/all_solutions.md. A random configuration must be among the solutions of its
-pose, or on one of their self-motions; so must one at which det J is zero along a joint. Costs are CPU times over those of
-`solve_pose` from q0 = rest on the same poses, both in turn: the median ratio of rounds.
+pose, or on one of their self-motions; so must one at which det J is zero along a joint. Costs are CPU times over those
+of `solve_pose` from q0 = rest on the same poses, both in turn: the median ratio of rounds.
 """
 
 from __future__ import annotations
