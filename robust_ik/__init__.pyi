@@ -10,6 +10,11 @@ from robust_ik.analysis.explanation import unavoidable_angle as unavoidable_angl
 from robust_ik.analysis.newton_iteration import NewtonResult as NewtonResult
 from robust_ik.analysis.newton_iteration import NewtonStatus as NewtonStatus
 from robust_ik.analysis.newton_iteration import newton as newton
+from robust_ik.branches import AllSolutions as AllSolutions
+from robust_ik.branches import BranchSolver as BranchSolver
+from robust_ik.branches import ManySolutions as ManySolutions
+from robust_ik.branches import SelfMotion as SelfMotion
+from robust_ik.branches import SolutionsStatus as SolutionsStatus
 from robust_ik.control.compiled_step.kernel_warmup import warmup as warmup
 from robust_ik.control.compiled_step.stepper import Stepper as Stepper
 from robust_ik.control.control_loop import ControlLoop as ControlLoop

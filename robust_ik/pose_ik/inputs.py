@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import reprlib
 from collections.abc import Sequence
-from typing import NoReturn
+from typing import NoReturn, TypeGuard
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -69,6 +69,13 @@ def as_start(q0: ArrayLike, rest: Array) -> Array:
 def is_position(target: object) -> bool:
     """Whether a list or an array looks like a position (3,)."""
     return getattr(target, "shape", None) == (3,) or (type(target) is list and len(target) == 3)
+
+
+def is_plain_pose(target: object) -> TypeGuard[Array]:
+    """Whether it is a C-contiguous array (4, 4) of doubles, whatever numbers it holds."""
+    if type(target) is not np.ndarray or target.shape != (4, 4):
+        return False
+    return target.dtype == np.float64 and bool(target.flags.c_contiguous)
 
 
 def quick_pose(target: object, position: bool) -> Array | None:

@@ -16,7 +16,8 @@ from typing import Any, Self, Unpack
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robust_ik.checks import as_measures, checked_parameter
+from robust_ik.branches import AllSolutions, BranchSolver, ManySolutions
+from robust_ik.checks import Array, as_measures, check_leading_axes, checked_parameter, is_plain
 from robust_ik.checks.public_arguments import checked, checked_but
 from robust_ik.description.dh import DHTable
 from robust_ik.description.joint_tree import Description
@@ -24,7 +25,16 @@ from robust_ik.description.tips import choose_tip
 from robust_ik.description.urdf import parse_urdf, read_urdf
 from robust_ik.errors import InputError
 from robust_ik.kinematics.twist_rows import ROWS, checked_rows
-from robust_ik.pose_ik import PoseOptions, PoseResult, PoseResults, PoseSolver, is_position, wanted_rows
+from robust_ik.pose_ik import (
+    PoseOptions,
+    PoseResult,
+    PoseResults,
+    PoseSolver,
+    as_poses,
+    is_plain_pose,
+    is_position,
+    wanted_rows,
+)
 from robust_ik.robot.default_rest import SAMPLES, default_rest
 from robust_ik.robot.joint_map import JointMap
 from robust_ik.robot.pinocchio_model import PinocchioModel, build_model, joints_to_keep
@@ -32,6 +42,9 @@ from robust_ik.robot.robot_kinematics import RobotKinematics
 from robust_ik.robot.way_out import SINGULAR, Families, WayOut, way_out
 from robust_ik.runtime.files import checked_folders
 from robust_ik.runtime.warn_once import warn_once
+
+MOST_SEARCHED = 16
+"""Most solutions that a search from many starts compares."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,6 +182,14 @@ class Robot(RobotKinematics):
         return {}
 
     @cached_property
+    def _branch_solvers(self) -> dict[tuple[str | None, tuple[str, ...]], BranchSolver]:
+        return {}
+
+    @cached_property
+    def _find_quickly(self) -> Callable[[Any, Any], AllSolutions | None]:
+        return self.branch_solver().quickly
+
+    @cached_property
     def _solve_quickly(self) -> Callable[[Any, Any], PoseResult | None]:
         return self.pose_solver().quickly
 
@@ -230,6 +251,102 @@ class Robot(RobotKinematics):
         solver = self.pose_solver(frame, wanted_rows(target, rows, self.rows))
         found = None if options else solver.quickly(target, q0)
         return solver.solve(target, q0, **options) if found is None else found
+
+    def branch_solver(self, frame: str | None = None, rows: Sequence[str] | None = None) -> BranchSolver:
+        """The solver behind `all_solutions`, for loops that call it often; made once for each frame and rows.
+
+        Args:
+            frame: Link or joint; default the tip.
+            rows: Wanted rows, of x y z wx wy wz; default `self.rows`.
+        """
+        names = self.rows if rows is None else checked_rows(rows)
+        pose_solver = self.pose_solver(frame, names)
+        solver = self._branch_solvers.get((frame, names))
+        if solver is None:
+
+            def search(target: Array, near: Array) -> Array:
+                found = pose_solver.solve(target, self.configuration(near), solutions=MOST_SEARCHED, effort="thorough")
+                return self.joint_values(found.solutions if found.solved else found.solutions[:0])
+
+            solver = BranchSolver(
+                self.chain(frame), self.lower, self.upper, names, self.joint_names, self._joints.configuration, search
+            )
+            self._branch_solvers[frame, names] = solver
+        return solver
+
+    def all_solutions(
+        self,
+        target: ArrayLike,
+        q0: ArrayLike | None = None,
+        *,
+        frame: str | None = None,
+        rows: Sequence[str] | None = None,
+        turns: bool = False,
+    ) -> AllSolutions:
+        """Every configuration that reaches a pose, and whether it is shown that there are no others.
+
+        Arms of up to six joints are solved by elimination: one equation for one joint, in closed form where three
+        neighbouring axes meet or are parallel, with up to 16 roots otherwise. Arms with one joint more give the
+        self-motions of the pose. Where a joint follows another one, a search from many starts says what it finds.
+
+        Args:
+            target: A pose (4, 4), or a position (3,), m; then rotations are free.
+            q0: What solutions are sorted by, and turns chosen next to, (nq,); default `self.rest`. Joints that do
+                not move the frame stay there.
+            frame: Link or joint; default the tip.
+            rows: Wanted rows, of x y z wx wy wz; default `self.rows`.
+            turns: Also give what differs by full turns of joints, within finite limits; the nearest first.
+
+        Returns:
+            The solutions within limits and beyond them, with a status and the self-motions of a singular pose.
+
+        Raises:
+            InputError: An argument is not valid.
+            FrameNotFoundError: There is no such frame.
+        """
+        if not isinstance(turns, (bool, np.bool_)):
+            raise InputError(f"turns must be True or False, got {turns!r}")
+        start = self.rest if q0 is None else q0
+        plain = is_plain_pose(target) and is_plain(start, self.nq)
+        if plain and frame is None and rows is None and not turns:
+            found = self._find_quickly(target, self.joint_values(start))
+            if found is not None:
+                return found
+        solver = self.branch_solver(frame, wanted_rows(target, rows, self.rows))
+        poses = as_poses(target, self.length_scale)
+        if poses.ndim != 2:
+            raise InputError(
+                f"target must be a pose (4, 4) or a position (3,), got shape {np.shape(target)}; "
+                "all_solutions_many takes many targets"
+            )
+        near = self.joint_values(start)
+        if near.ndim != 1:
+            raise InputError(f"q0 must be one configuration ({self.nq},), got shape {near.shape}")
+        every = solver.solve(poses, near)
+        return solver.with_turns(every, self.joint_values(every.q)) if turns else every
+
+    def all_solutions_many(
+        self,
+        targets: ArrayLike,
+        q0: ArrayLike | None = None,
+        *,
+        frame: str | None = None,
+        rows: Sequence[str] | None = None,
+    ) -> ManySolutions:
+        """`all_solutions` for many targets in one compiled call, without tracing self-motions of singular poses.
+
+        Args:
+            targets: Poses (..., 4, 4) or positions (..., 3).
+            q0: As for `all_solutions`, (..., nq), leading axes broadcast.
+            frame: As for `all_solutions`.
+            rows: As for `all_solutions`.
+        """
+        solver = self.branch_solver(frame, wanted_rows(targets, rows, self.rows, many=True))
+        poses = as_poses(targets, self.length_scale)
+        near = self.joint_values(self.rest if q0 is None else q0)
+        check_leading_axes("targets", poses.shape[:-2], "q0", near.shape[:-1])
+        shape = np.broadcast_shapes(poses.shape[:-2], near.shape[:-1])
+        return solver.solve_many(np.broadcast_to(poses, (*shape, 4, 4)), near)
 
     def way_out(
         self,

@@ -1,0 +1,141 @@
+"""Newton's method on the closed loop: a candidate settles on a solution, or it is none.
+
+Source: Newton–Raphson on E_0(q_0) … E_5(q_5) = g; columns of the Jacobian are the axes carried along.
+"""
+
+from __future__ import annotations
+
+import math
+
+from robust_ik.kernels.branches.branches_layout import JOINTS, MOTOR
+from robust_ik.kernels.branches.motors import carried, conjugate, joint_motor, multiply
+from robust_ik.kernels.chain.sine_cosine import cosine_and_sine
+from robust_ik.kernels.compiler.compiling import called
+from robust_ik.kernels.compiler.stack_memory import ONE, W8, Pointer, further, sizes, stack
+
+SIX, SEVEN = sizes(6), sizes(7)
+STEPS = 24
+"""Most steps. Chosen: simple solutions take 1 to 3; at a singular one each step halves the distance."""
+CLOSE = 1e-12
+"""Largest entry of the error's twist, rad or units of length, that a solution may have.
+
+Chosen: 10 to 100 times the rounding of six products.
+"""
+EXACT = 4e-15
+"""An error below which no further step is taken."""
+LONGEST = 0.5
+"""Longest step of a joint, rad or units of length."""
+SMALLEST_PIVOT = 1e-9
+"""Pivots below this part of the largest one give no motion."""
+
+
+@called
+def loop_error(axes: Pointer, slides: Pointer, q: Pointer, g: Pointer, J: Pointer, twist: Pointer) -> float:
+    """Fills in the axes carried along, as columns of J (6, 6), and the twist from the product to g, (6,).
+
+    Returns:
+        The largest entry of the twist.
+    """
+    reached, next_one, motor = stack(0.0, ONE, W8), stack(0.0, ONE, W8), stack(0.0, ONE, W8)
+    reached[0] = 1.0
+    for i in range(1, MOTOR):
+        reached[i] = 0.0
+    for k in range(JOINTS):
+        axis = further(axes, MOTOR * k)
+        carried(reached, axis, next_one)
+        for i in range(3):
+            J[6 * i + k], J[6 * (3 + i) + k] = next_one[1 + i], next_one[5 + i]
+        if slides[k] > 0.0:
+            joint_motor(axis, 1.0, 0.5 * q[k], motor)
+        else:
+            c, s = cosine_and_sine(0.5 * q[k])
+            joint_motor(axis, c, s, motor)
+        multiply(reached, motor, next_one)
+        for i in range(MOTOR):
+            reached[i] = next_one[i]
+    conjugate(reached, next_one)
+    multiply(g, next_one, motor)
+    # Rounding changes the length of a motor; at w = 0 it is half a turn away.
+    scale = 2.0 / math.copysign(max(abs(motor[0]), 0.1), motor[0])
+    largest = 0.0
+    for i in range(3):
+        twist[i], twist[3 + i] = scale * motor[1 + i], scale * motor[5 + i]
+        largest = max(largest, abs(twist[i]), abs(twist[3 + i]))
+    return largest
+
+
+@called
+def newton_step(J: Pointer, twist: Pointer, step: Pointer) -> float:
+    """Fills in J⁻¹ twist, (6,), without the motions of weak pivots; returns the least pivot over the largest one.
+
+    J and twist are destroyed. Complete pivots.
+    """
+    columns = stack(0.0, ONE, SIX)
+    for j in range(6):
+        columns[j], step[j] = float(j), 0.0
+    rank, first, weakest = 6, 0.0, 1.0
+    for k in range(6):
+        row, column, largest = k, k, -1.0
+        for i in range(k, 6):
+            for j in range(k, 6):
+                if abs(J[6 * i + j]) > largest:
+                    row, column, largest = i, j, abs(J[6 * i + j])
+        if k == 0:
+            first = largest
+        weakest = largest / first if first > 0.0 else 0.0
+        if not weakest > SMALLEST_PIVOT:
+            rank = k
+            break
+        if row != k:
+            for j in range(6):
+                J[6 * k + j], J[6 * row + j] = J[6 * row + j], J[6 * k + j]
+            twist[k], twist[row] = twist[row], twist[k]
+        if column != k:
+            for i in range(6):
+                J[6 * i + k], J[6 * i + column] = J[6 * i + column], J[6 * i + k]
+            columns[k], columns[column] = columns[column], columns[k]
+        for i in range(k + 1, 6):
+            factor = J[6 * i + k] / J[6 * k + k]
+            for j in range(k + 1, 6):
+                J[6 * i + j] -= factor * J[6 * k + j]
+            twist[i] -= factor * twist[k]
+    for k in range(rank - 1, -1, -1):
+        total = twist[k]
+        for j in range(k + 1, rank):
+            total -= J[6 * k + j] * twist[j]
+        twist[k] = total / J[6 * k + k]
+        step[int(columns[k])] = twist[k]
+    return weakest
+
+
+@called
+def settle(axes: Pointer, slides: Pointer, g: Pointer, q: Pointer) -> tuple[bool, float, float, int]:
+    """Moves q, (6,), onto a solution near it; whether it is one, its least pivot, its error, and the steps taken."""
+    J, twist, step, best = stack(0.0, SIX, SIX), stack(0.0, ONE, SIX), stack(0.0, ONE, SIX), stack(0.0, ONE, SIX)
+    least, weakest, vain, steps = math.inf, 0.0, 0, 0
+    for _ in range(STEPS):
+        steps += 1
+        error = loop_error(axes, slides, q, g, J, twist)
+        if error < least:
+            vain = 0
+            least = error
+            for k in range(JOINTS):
+                best[k] = q[k]
+        else:
+            vain += 1
+        if not error < math.inf or vain > 2:
+            break
+        pivot = newton_step(J, twist, step)
+        if error == least:
+            weakest = pivot
+        if error <= EXACT:
+            break
+        longest = 0.0
+        for k in range(JOINTS):
+            longest = max(longest, abs(step[k]))
+        factor = min(1.0, LONGEST / longest) if longest > 0.0 else 1.0
+        for k in range(JOINTS):
+            q[k] += factor * step[k]
+    for k in range(JOINTS):
+        q[k] = best[k] if slides[k] > 0.0 else best[k] - 2.0 * math.pi * math.floor(best[k] / (2.0 * math.pi) + 0.5)
+    return least <= CLOSE, weakest, least, steps
