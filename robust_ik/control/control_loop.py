@@ -262,16 +262,16 @@ class ControlLoop:
                 values.append(array.reshape(count, -1))
         return np.concatenate(places), np.ascontiguousarray(np.concatenate(values, axis=1))
 
-    def _outside(self, plan: RunPlan, run: int, q: Array, last: Array, stopped: Array, calmed: Array) -> Array:
+    def _outside(self, plan: RunPlan, run: int, q: Array, last: Array, stopped: Array, noted: Array) -> Array:
         """A step of one of many runs that compiled code has left; what the run remembers is moved on."""
         other = ControlLoop(self.controller, self._present(), self.dt)
         program = other._program
         if program is None:
             raise InputError("a loop that was compiled is not any more")
         program.program[plan.places.astype(int)] = plan.numbers[run]
-        program.put_memory(last, stopped, calmed)
+        program.put_memory(last, stopped, noted)
         out = other._otherwise(q, np.empty(len(last)))
-        stopped[:], calmed[:] = program.eased, program.calming.memory
+        stopped[:], noted[:] = program.eased, program.noted
         return out
 
     @property

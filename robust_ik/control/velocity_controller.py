@@ -181,6 +181,7 @@ class VelocityController:
         resolution = self._within_shares(q, problem, found)
         self.qdot = resolution.qdot
         self.calming.watch(resolution.qdot / self._units.joints, dt)
+        self.compiled.follow(self.begun(dt))
         return resolution
 
     def program(self, stack: Stack | Task, dt: float) -> ControlProgram | None:

@@ -8,12 +8,11 @@ import pytest
 
 import robust_ik as rik
 from robust_ik.control.bounds import Bounds
-from robust_ik.control.compiled_loop.resolver_program import is_compilable
 from robust_ik.control.limits import Limit
 from robust_ik.kernels.within_bounds.bounds_layout import UNKNOWNS
 from tests import closed_loop
 from tests.cases_resolvers import RESOLVERS
-from tests.control.test_compiled_steps import DT, LOOSE, assert_same, by_numpy, noise_of, step_of
+from tests.control.test_compiled_steps import DT, LOOSE, assert_same, by_numpy, is_eligible, noise_of, step_of
 from tests.soak import collisions_of, random_limits, random_stack, random_start
 
 DRAWS = 60
@@ -55,7 +54,7 @@ def test_rows_that_cannot_all_be_kept_are_given_up_as_by_numpy(name, monkeypatch
     robot, rng, yielded = rik.load(name), np.random.default_rng(3), 0
     for draw in range(DRAWS):
         resolver = RESOLVERS[rng.integers(len(RESOLVERS))]
-        if not is_compilable(resolver) or resolver.needs_hessian:
+        if not is_eligible(resolver):
             continue
         joints, rows = random_limits(robot, rng), Rows(*random_rows(robot.n, rng))
         limits = [joints, rows] if rng.random() < 0.7 else rows
@@ -79,7 +78,7 @@ def test_rows_that_cannot_all_be_kept_are_given_up_as_by_numpy(name, monkeypatch
 @pytest.mark.parametrize("name", ["panda", "ur5", "xarm7"])
 def test_arms_that_collide_are_led_out_as_by_numpy(name, monkeypatch):
     robot, rng, led, by_hand = rik.load(name), np.random.default_rng(8), 0, 0
-    resolvers = [each for each in RESOLVERS if is_compilable(each) and not each.needs_hessian]
+    resolvers = [each for each in RESOLVERS if is_eligible(each)]
     for draw in range(DRAWS // 2):
         resolver, near = resolvers[rng.integers(len(resolvers))], collisions_of(robot, draw % 4, 0.02, 10.0)
         limits = [random_limits(robot, rng), near]

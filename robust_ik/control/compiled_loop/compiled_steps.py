@@ -12,12 +12,12 @@ from robust_ik.checks import Array, checked_parameter
 from robust_ik.control.bounds import Bounds
 from robust_ik.control.calming import Calming
 from robust_ik.control.compiled_loop.control_program import ControlProgram, fits, form_of
-from robust_ik.control.compiled_loop.resolver_program import eased_of, is_compilable
+from robust_ik.control.compiled_loop.resolver_program import eased_of, is_compilable, second_order_of
 from robust_ik.control.compiled_loop.step_reports import StepReports, reports_of
 from robust_ik.control.compiled_loop.step_snapshot import Snapshot
 from robust_ik.control.limits import CollisionLimit, JointLimits, Limit
 from robust_ik.control.resolution import LazyResolution, Resolution
-from robust_ik.control.resolvers import Resolver, TaskReconstruction
+from robust_ik.control.resolvers import Resolver
 from robust_ik.control.scaled_levels import Units
 from robust_ik.control.tasks import Levels, Task
 from robust_ik.control.tasks.base import checked_equation
@@ -111,6 +111,11 @@ class CompiledSteps:
         program.restart(resolver, calming)
         self._programs = [program]
 
+    def follow(self, resolver: Resolver) -> None:
+        """Lets programs remember with a resolver that NumPy's steps have put in the place of the one before."""
+        for program in self._programs:
+            program.follow(resolver)
+
     def forget(self) -> None:
         """Drops all programs, since a new run begins."""
         self._programs = []
@@ -191,12 +196,15 @@ class CompiledSteps:
             if program.resolver is resolver and program.takes(levels, dt):
                 return program
         dt = checked_parameter("dt", dt, above=0)
-        if not is_compilable(resolver) or (resolver.needs_hessian and type(resolver) is not TaskReconstruction):
+        if not is_compilable(resolver):
             return None
         if not all(type(task).begin is Task.begin for level in levels for task in level):
             return None
-        if any(inverse.begin(dt) is not inverse for inverse in resolver.inverses):
+        others = [each for each in resolver.inverses if second_order_of(each) is None]
+        if any(inverse.begin(dt) is not inverse for inverse in others):
             return None  # inverses with a memory must not see steps that are made again
+        if any(inverse.needs_hessian for inverse in others):
+            return None  # motions from outside are of first order
         if (eased := eased_of(resolver)) and len(levels) > len(eased):
             return None
         forms = [[self._form(task, q) for task in level] for level in levels]
@@ -215,13 +223,15 @@ class CompiledSteps:
         """The form of a task; without one of its own, that of as many rows as its equation has."""
         return form_of(task, self.robot) or given_form(len(self._equation(task, q).xdot))
 
-    def _equation(self, task: Task, q: ArrayLike) -> TaskEquation:
-        return checked_equation(task, task.equation(self.robot, q), self.robot)
+    def _equation(self, task: Task, q: ArrayLike, *, hessian: bool = False) -> TaskEquation:
+        return checked_equation(task, task.equation(self.robot, q, hessian=hessian), self.robot)
 
     def _given(self, program: ControlProgram, q: Array) -> bool:
         """Puts the rows of tasks without a form on the desk; False if they are not as many as before."""
+        for level in program.curved.values():
+            level.see()
         for place in program.given:
-            equation = self._equation(place.task, q)
+            equation = self._equation(place.task, q, hessian=place.level in program.curved)
             if len(equation.xdot) != place.rows.stop - place.rows.start:
                 self.forget()
                 return False
@@ -241,7 +251,7 @@ class CompiledSteps:
     ) -> Bounds | Unkept | None:
         """Makes a step that keeps limits of rows at its end too; see `prepared`, and `VelocityController._resolved`.
 
-        Of a step that has to be slower, stopped levels are remembered.
+        Of a step that has to be slower, what its levels have left is remembered.
         """
         found: Resolution | None = None
         fewest = 0
@@ -266,7 +276,7 @@ class CompiledSteps:
             rows = tighter
         if found is None:
             return None
-        program.keep_stopped()
+        program.keep_levels()
         return Unkept(found)
 
     def tightened(self, q: Array, qdot: Array, dt: float, bounds: Bounds) -> Bounds | None:

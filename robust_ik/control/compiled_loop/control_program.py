@@ -16,17 +16,20 @@ import numpy as np
 from robust_ik.checks import Array
 from robust_ik.control.bounds import Bounds
 from robust_ik.control.calming import Calming
+from robust_ik.control.compiled_loop.curved_levels import curvature_room, curved_levels, mark_curved
 from robust_ik.control.compiled_loop.resolver_program import (
     Compilable,
     ResolverProgram,
     eased_of,
     is_compilable,
     rows_together,
+    second_order_of,
 )
 from robust_ik.control.compiled_loop.step_snapshot import Snapshot, is_ramped, yielding
 from robust_ik.control.limits import JointLimits
 from robust_ik.control.problem import VelocityProblem
 from robust_ik.control.resolvers import Resolver, TaskReconstruction
+from robust_ik.control.resolvers.base import MAX_MEMORIES
 from robust_ik.control.scaled_levels import Units
 from robust_ik.control.tasks import Levels, Task
 from robust_ik.control.tasks.compiled_form import CompiledForm, entries_of
@@ -34,6 +37,7 @@ from robust_ik.inverses.task_equation import TaskEquation
 from robust_ik.kernels.chain import chain_layout as links
 from robust_ik.kernels.control import control_layout as slots
 from robust_ik.kernels.control.control_layout import MOST
+from robust_ik.kinematics.svd import LARGEST_COMPILED
 from robust_ik.robot.robot import Robot
 
 POSE = 12
@@ -117,6 +121,7 @@ class ControlProgram(ResolverProgram):
         dt: Length of a step, s.
         robot: The robot.
         calming: What the controller remembers of joints that turn back.
+        curved: The levels of second order, by number.
     """
 
     def __init__(
@@ -182,6 +187,7 @@ class ControlProgram(ResolverProgram):
             head[slots.LIMITS] = add(np.array([told.acceleration, told.velocity, told.lower, told.upper]))
             add(np.array([told.recovery_speed, told.gain]))
             head[slots.HAS_SPEEDS], head[slots.HURRIED] = 1, np.isfinite(told.acceleration).any()
+        mark_curved(head, self.resolver, self._forms)
         self._task_places = []
         for level, forms in enumerate(self._forms):
             at = slots.HEAD + level * slots.RECORD
@@ -194,6 +200,7 @@ class ControlProgram(ResolverProgram):
     def _more_room(self) -> list[tuple[int, int]]:
         first = int(self.program[slots.FRAME])
         asked = [(slots.ASKED, self.robot.nq), (slots.BEFORE, self.robot.n)]
+        asked += curvature_room(self.program, self.robot.n, self._forms)
         return asked + [(first + 2 * index + 1, size) for index, size in enumerate(self._frame_sizes)]
 
     def _place_tasks(self) -> None:
@@ -213,7 +220,7 @@ class ControlProgram(ResolverProgram):
                 row += form.height
             self.places.append(made)
         self._units_of_rows = [self._row_units(level) for level in range(len(self._levels))]
-        self.eased_limiters = eased_of(self.resolver)[: len(self.levels)]
+        self.follow(self.resolver)
         self._last = self.view(slots.LAST, self.robot.n)
         if self._limits is None:
             self.put_bounds(Bounds.free(self.robot.n))
@@ -242,6 +249,9 @@ class ControlProgram(ResolverProgram):
         factor = equation.weight / rows
         desk.J[place.rows] = equation.J * factor[:, None] * self._units.joints
         desk.xdot[place.rows], desk.error[place.rows] = equation.xdot * factor, equation.error * factor
+        if place.level in self.curved:
+            H = equation.hessian
+            self.curved[place.level].put_curvature(place.rows, None if H is None else H * factor[:, None, None])
 
     def put_rows(self, bounds: Bounds) -> None:
         """Puts the rows of bounds on the desk, in the controller's units."""
@@ -278,19 +288,26 @@ class ControlProgram(ResolverProgram):
         if self.eased_limiters:
             self.eased[:] = [each.speed for each in self.eased_limiters]
         self.calmed[:] = self.calming.memory
+        for each in self.curved.values():
+            each.begin()
 
     def restart(self, resolver: Resolver, calming: Calming) -> None:
         """Begins a new run, with a resolver that is equal to the one before but has begun anew, and nothing noted."""
         self.calming = calming
+        self.follow(resolver)
+        self.program[slots.MADE] = 0
+
+    def follow(self, resolver: Resolver) -> None:
+        """Remembers from now on with a resolver that is equal to the one before."""
         if is_compilable(resolver):
             self.resolver = resolver
             self.eased_limiters = eased_of(resolver)[: len(self.levels)]
-        self.program[slots.MADE] = 0
+            self.curved = curved_levels(self, self._forms)
 
-    def put_memory(self, previous: Array, stopped: Array, calmed: Array) -> None:
-        """Puts another run's memory where steps begin: velocities, (n,), stopped levels, joints turning back."""
+    def put_memory(self, previous: Array, stopped: Array, noted: Array) -> None:
+        """Puts another run's memory where steps begin: velocities, (n,), stopped levels, all else that is noted."""
         self._last[:] = previous / self._units.joints
-        self.eased[:], self.calmed[:] = stopped, calmed
+        self.eased[:], self.noted[:] = stopped, noted
         self.keep()
 
     def yielded(self, bounds: Bounds) -> int:
@@ -305,10 +322,12 @@ class ControlProgram(ResolverProgram):
     def keep(self) -> None:
         """Takes over the memory that the step has left."""
         self.calming.memory[:] = self.calmed
-        self.keep_stopped()
+        self.keep_levels()
 
-    def keep_stopped(self) -> None:
-        """Takes over what the step has left of levels that were stopped."""
+    def keep_levels(self) -> None:
+        """Takes over what the step has left of levels that were stopped, and of levels of second order."""
+        for each in self.curved.values():
+            each.keep()
         if self.eased_limiters:
             for limiter, speed in zip(self.eased_limiters, self.eased.tolist()):
                 limiter.speed = speed
@@ -371,10 +390,15 @@ def joint_places(robot: Robot) -> tuple[Array, Array]:
 
 
 def fits(robot: Robot, resolver: Compilable, forms: Sequence[Sequence[CompiledForm]]) -> bool:
-    """Whether kernels have room for a robot and for levels of tasks of these forms, and what the resolver needs."""
+    """Whether kernels have room for a robot and for levels of tasks of these forms, and what the resolver needs.
+
+    With levels of second order a row and a joint more must fit, and each of them has a memory of its own.
+    """
     if isinstance(resolver, TaskReconstruction) and not all(_differentiable(each) for level in forms for each in level):
         return False
     rows = [sum(form.height for form in level) for level in forms]
+    if any(second_order_of(resolver.inverse_of(level)) is not None for level in range(len(rows))):
+        return len(rows) <= MAX_MEMORIES and max(robot.n, *rows) < LARGEST_COMPILED
     return max(robot.n, len(forms), rows_together(resolver, rows)) <= MOST
 
 

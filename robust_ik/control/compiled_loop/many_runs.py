@@ -63,8 +63,8 @@ class RunPlan:
 
 
 Outside = Callable[[int, Array, Array, Array, Array], Array]
-"""(run, measured q, last velocities, speeds of stopped levels, what is remembered of joints that turn back) →
-velocities; what levels and joints remember is moved on."""
+"""(run, measured q, last velocities, speeds of stopped levels, what is noted, see `control_layout.NOTED`) → velocities;
+what is remembered is moved on."""
 
 
 def make_runs(program: ControlProgram, plan: RunPlan, threads: int, outside: Outside) -> LoopRuns:
@@ -78,8 +78,10 @@ def make_runs(program: ControlProgram, plan: RunPlan, threads: int, outside: Out
     """
     count, nq, levels, n = len(plan.q), plan.q.shape[1], len(program.levels), program.shape[0]
     stopped = np.full((count, levels), math.inf)
-    calmed = np.tile(Calming(np.zeros(n), np.zeros(n)).memory, (count, 1))
-    state = np.concatenate([plan.q, plan.qdot, plan.qdot, stopped, calmed, np.zeros((count, nq))], axis=1)
+    noted = np.zeros((count, len(program.noted)))
+    calmed = Calming(np.zeros(n), np.zeros(n)).memory
+    noted[:, : len(calmed)] = calmed
+    state = np.concatenate([plan.q, plan.qdot, plan.qdot, stopped, noted, np.zeros((count, nq))], axis=1)
     done, records = np.zeros((count, 2)), plan.steps // plan.every
     q, qdot = np.empty((count, records, nq)), np.empty((count, records, n))
     kernel = _kernel(program.widest)
@@ -106,9 +108,9 @@ def make_runs(program: ControlProgram, plan: RunPlan, threads: int, outside: Out
 def _step_outside(program: ControlProgram, plan: RunPlan, run: int, state: Array, outside: Outside) -> None:
     """Makes one step of a run outside of compiled code, and moves its state on."""
     n, nq, levels = program.shape[0], plan.q.shape[1], len(program.levels)
-    noted = len(state) - 2 * nq - 2 * n - levels
-    q, asked, moving, stopped, calmed, measured = np.split(state, np.cumsum([nq, n, n, levels, noted]))  # views
-    asked[:] = outside(run, measured, asked.copy(), stopped, calmed)
+    count = len(program.noted)
+    q, asked, moving, stopped, noted, measured = np.split(state, np.cumsum([nq, n, n, levels, count]))  # views
+    asked[:] = outside(run, measured, asked.copy(), stopped, noted)
     moving += plan.share * (asked - moving)
     q[:] = program.robot.integrate(q, program.dt * moving)
 

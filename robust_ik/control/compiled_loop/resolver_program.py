@@ -29,8 +29,10 @@ from robust_ik.control.resolvers.task_reconstruction import smooth
 from robust_ik.control.within_bounds.limiters import Eased, Limiter, QuadraticProgram, Saturation, Scaling, Sliding
 from robust_ik.control.within_bounds.null_space import Freedom, Reduced
 from robust_ik.inverses import GainFormula, RobustInverse, SingularValueFilter
+from robust_ik.inverses.second_order import SecondOrder, SecondOrderRun
 from robust_ik.inverses.task_equation import TaskEquation
 from robust_ik.kernels.control import control_layout as slots
+from robust_ik.kernels.second_order.second_order_layout import MEMORY_HEAD, memory_size
 from robust_ik.kernels.within_bounds.bounds_layout import scratch_of
 
 
@@ -60,7 +62,9 @@ def is_compilable(resolver: Resolver) -> TypeGuard[Compilable]:
     if kind is WeightedPriority or kind is TaskReconstruction:
         if isinstance(resolver, TaskReconstruction) and resolver.shape is not smooth:
             return False
-        if any(gain_address(each) is None for each in resolver.inverses):  # type: ignore[attr-defined]
+        curved = (SecondOrder, SecondOrderRun) if kind is WeightedPriority else ()
+        inverses: tuple[RobustInverse, ...] = resolver.inverses  # type: ignore[attr-defined]
+        if any(type(each) not in curved and gain_address(each) is None for each in inverses):
             return False
     if kind is WeightedPriority:
         return True
@@ -85,6 +89,17 @@ def gain_address(inverse: RobustInverse) -> int | None:
     from robust_ik.kernels.compiler.gain_callbacks import address_of
 
     return address_of(kind.formula)
+
+
+def second_order_of(inverse: RobustInverse) -> SecondOrderRun | None:
+    """The inverse, if it is a run of the second-order inverse itself: that is compiled in controllers' programs."""
+    return inverse if type(inverse) is SecondOrderRun and type(inverse.inverse) is SecondOrder else None
+
+
+def parameters_of(inverse: RobustInverse) -> Array:
+    """The parameters that compiled code needs of an inverse."""
+    told = inverse.parameters if isinstance(inverse, (GainFormula, SecondOrderRun)) else ()
+    return np.array(told, dtype=float)
 
 
 @dataclass(frozen=True, eq=False)
@@ -228,7 +243,7 @@ class ResolverProgram:
                 record[slots.LEVEL_WEIGHT] = resolver.weight_of(level)
             if isinstance(resolver, TaskReconstruction):
                 record[slots.BOUND] = resolver.bounds[min(level, len(resolver.bounds) - 1)]
-            parts.append(np.array(inverse.parameters if isinstance(inverse, GainFormula) else (), dtype=float))
+            parts.append(parameters_of(inverse))
         return parts
 
     def _placed(self, n: int, rows: Sequence[int], room: int) -> int:
@@ -245,7 +260,14 @@ class ResolverProgram:
         take(slots.QDOT, n)
         take(slots.MOTION, n)
         take(slots.EASED, max(len(rows), 1))
+        first = size
         take(slots.CALM, slots.CALMING + slots.REMEMBERED * n)
+        for level, m in enumerate(rows):
+            at = slots.HEAD + level * slots.RECORD
+            if self.program[at + slots.WAY] >= slots.CURVED:
+                take(at + slots.MEMORY, MEMORY_HEAD + memory_size(m, n))
+        self.program[slots.NOTED] = size - first
+        take(slots.EARLIER, size - first)
         take(slots.BOUND_ROWS, room * n)
         take(slots.FLOOR, 3 * room)
         for at, count in self._more_room():
@@ -290,6 +312,11 @@ class ResolverProgram:
     def calmed(self) -> Array:
         """What is remembered of joints that turn back, see `control_layout.CALM_SHARE`."""
         return self.view(slots.CALM, slots.CALMING + slots.REMEMBERED * self.shape[0])
+
+    @cached_property
+    def noted(self) -> Array:
+        """All that is remembered from step to step, see `control_layout.NOTED`."""
+        return self.view(slots.CALM, int(self.program[slots.NOTED]))
 
     def put_bounds(self, bounds: Bounds) -> None:
         """Puts bounds on the desk."""

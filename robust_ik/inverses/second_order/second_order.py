@@ -17,7 +17,14 @@ from robust_ik.inverses.base import Card, RobustInverse
 from robust_ik.inverses.second_order.numpy_step import TOO_FAST, Remembered, numpy_step
 from robust_ik.inverses.second_order.weak_rows import fade
 from robust_ik.inverses.task_equation import TaskEquation
-from robust_ik.kernels.second_order.second_order_layout import FLOOR, LAST, memory_size
+from robust_ik.kernels.second_order.second_order_layout import (
+    FLOOR,
+    LAST,
+    MEMORY_HEAD,
+    MEMORY_JOINTS,
+    MEMORY_ROWS,
+    memory_size,
+)
 from robust_ik.kinematics.svd import LARGEST_COMPILED, svd
 
 
@@ -31,7 +38,7 @@ class SecondOrder(RobustInverse):
     waited for a quarter of a second. The look-ahead τ is the shortest that joint speed and acceleration limits can
     honour: it is not tuned.
 
-    Up to 16 rows and joints a step is compiled, beyond that it is made in NumPy.
+    Up to 16 rows and joints a step is compiled, beyond that it is made in NumPy; so are a controller's steps, up to 15.
 
     `solve` has no Hessian: the lost rows are damped by what the command asks, λ = ‖c‖/(2 speed), so that their part of
     the motion stays below `speed`. Outside a run (`begin`) there is no last velocity and no turning.
@@ -135,10 +142,17 @@ class SecondOrder(RobustInverse):
 
     def begin(self, dt: float) -> RobustInverse:
         """An inverse that keeps the last velocity and the turn from step to step, dt seconds apart."""
-        return _SecondOrderRun(self, self.parameters(dt))
+        return SecondOrderRun(self, self.parameters(dt))
 
 
-class _SecondOrderRun(RobustInverse):
+class SecondOrderRun(RobustInverse):
+    """A run of `SecondOrder`: an inverse that remembers.
+
+    Attributes:
+        inverse: What has begun it.
+        parameters: Of its steps, (6,), see `SecondOrder.parameters`.
+    """
+
     source: ClassVar[str] = SecondOrder.source
     card: ClassVar[Card] = SecondOrder.card
 
@@ -148,19 +162,28 @@ class _SecondOrderRun(RobustInverse):
 
     @property
     def needs_hessian(self) -> bool:
+        """Yes."""
         return True
 
     @property
     def relative(self) -> bool:
+        """Yes."""
         return True
 
     def begin(self, dt: float) -> RobustInverse:
+        """A run that remembers nothing of this one."""
         return self.inverse.begin(dt)
 
     def solve(self, J: ArrayLike, xdot: ArrayLike) -> Array:
+        """See `SecondOrder.solve`; nothing is remembered."""
         return self.inverse.solve(J, xdot)
 
     def velocity(self, equation: TaskEquation) -> Array:
+        """q̇ for ẋ as the next step of the run.
+
+        Raises:
+            InputError: The equation has no Hessian, or the velocities are too large to be numbers.
+        """
         if equation.hessian is None:
             raise InputError("SecondOrder needs the Hessian ∂J/∂q of the task, the equation has none")
         J = as_array(equation.J, "J", (None, None))
@@ -184,11 +207,46 @@ class _SecondOrderRun(RobustInverse):
         self._shape, self._memory, self._remembered = (m, n), np.zeros(memory_size(m, n)), Remembered(last)
         self._memory[LAST : LAST + n] = last
 
+    def tell(self, m: int, n: int, to: Array) -> None:
+        """Tells what is remembered to a level of m rows, of a stack for n joints, in compiled code.
+
+        Args:
+            m: Number of rows.
+            n: Number of joints.
+            to: Filled: see `second_order_layout.MEMORY_ROWS`.
+        """
+        to[:MEMORY_HEAD], told = self._shape, to[MEMORY_HEAD:]
+        if self._shape == (m, n):
+            told[:] = self._memory
+            return
+        told[:] = 0.0
+        if self._shape[1] >= n:
+            for here, there, count in _parts((m, n), self._shape):
+                told[here : here + count] = self._memory[there : there + count]
+
+    def remember(self, m: int, n: int, told: Array) -> None:
+        """Remembers what such a level tells after a step; nothing if the step did not need this inverse."""
+        rows, joints = shape = int(told[MEMORY_ROWS]), int(told[MEMORY_JOINTS])
+        if shape == self._shape == (m, n):
+            self._memory[:] = told[MEMORY_HEAD:]
+        elif shape in ((m, n), (m + 1, n + 1)):
+            self._shape, self._memory = shape, np.zeros(memory_size(rows, joints))
+            for here, there, count in _parts((m, n), shape):
+                self._memory[there : there + count] = told[MEMORY_HEAD + here : MEMORY_HEAD + here + count]
+
     @property
     def _last(self) -> Array:
         """The last velocities, (n,)."""
         m, n = self._shape
         return self._memory[LAST : LAST + n].copy() if max(m, n) <= LARGEST_COMPILED else self._remembered.last
+
+
+def _parts(one: tuple[int, int], other: tuple[int, int]) -> list[tuple[int, int, int]]:
+    """Where memories for equations of two shapes have the same: places in both, and how many numbers."""
+    (m, n), (rows, joints) = one, other
+    count = min(n, joints)
+    ends = (LAST + 2 * n, LAST + 2 * joints, min(m, rows))
+    return [(0, 0, LAST), (LAST, LAST, count), (LAST + n, LAST + joints, count), ends]
 
 
 @cache

@@ -37,6 +37,9 @@ WAY_BACK, COMPENSATED = 32, 33
 CALM, TURNING = 34, 35
 """The place on the desk of what is remembered of joints that turn back, see CALM_SHARE; and the place in the program of
 the speed from which on a joint's turning counts and of how much longer it is remembered, (2, n); 0 if none counts."""
+NOTED, EARLIER = 36, 37
+"""How much is remembered from step to step, from CALM on: of joints that turn back, then of levels of second order, see
+MEMORY; and the place on the desk of what was remembered before the step."""
 FIRST_STAGE, SECOND_STAGE = 1, 2
 """What is added to the mark of a row that is not kept where the levels begin, and where acceleration limits do."""
 HEAD = 40
@@ -54,6 +57,9 @@ ERROR, TASKS, TASK = 15, 16, 17
 LEVEL_WEIGHT, BOUND, SLOPE = 18, 19, 20
 """The level's weight beside others; the bound of its measure, 0 for none; the place on the desk of the gradient of its
 measure, (n,)."""
+MEMORY, CURVATURE, BLIND = 21, 22, 23
+"""Of a level of second order: the places on the desk of its memory, see `second_order_layout.MEMORY_ROWS`, and of ∂J/∂q
+of rows from outside, (m, n, n), but for the units of the joints; and whether ∂J/∂q of some of its rows is not known."""
 RECORD = 24
 """Length of a level's record."""
 
@@ -151,16 +157,17 @@ CLIMBING = 18
 
 WALK, WEIGHTED = 0, 1
 """How levels are resolved: one after another, or all at once by their weights."""
-IN_FREEDOM, DECOUPLED, OUTSIDE, RECONSTRUCTED = 0, 1, 2, 3
-"""How a level's motion is found: by a gain formula of J N, or of J and then projected; outside of compiled code; or by
-a gain formula of J N for a velocity that keeps measures above their bounds."""
+IN_FREEDOM, DECOUPLED, OUTSIDE, RECONSTRUCTED, CURVED, CURVED_DECOUPLED = 0, 1, 2, 3, 4, 5
+"""How a level's motion is found: by a gain formula of J N, or of J and then projected; outside of compiled code; by
+a gain formula of J N for a velocity that keeps measures above their bounds; or to second order in J N, or in J and then
+projected."""
 SLIDING, SATURATION, SCALING, NEAREST, KEEPING = 0, 1, 2, 3, 4
 """Limiters."""
 
 FREE, RANK, CLOSED, COUNT, SHARE, LOW = 0, 1, 2, 3, 4, 5
 """What is found of a level: dimension of its freedom, its rank, how many directions are closed to lower levels, how
 many singular values it has, the share of its motion, and its measure if that is below its bound and its gradient is
-known, else 0."""
+known, else 0; of a level of second order, whether its motion is no numbers."""
 NUMBERS = 8
 """Room for them."""
 

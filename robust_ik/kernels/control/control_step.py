@@ -74,13 +74,24 @@ def finish(program: Pointer, desk: Pointer, out: Pointer) -> int:
 
 @called
 def remember(program: Pointer, desk: Pointer, q: Pointer) -> None:
-    """Keeps q and the last velocities for the report of the step."""
+    """Keeps q and the last velocities for the report of the step, and what has been noted, to take it back."""
     asked, before = further(desk, int(program[slots.ASKED])), further(desk, int(program[slots.BEFORE]))
+    noted, earlier = further(desk, int(program[slots.CALM])), further(desk, int(program[slots.EARLIER]))
     last = further(desk, int(program[slots.LAST]))
     for i in range(int(program[slots.CONFIGURATION])):
         asked[i] = q[i]
     for i in range(int(program[slots.JOINTS])):
         before[i] = last[i]
+    for i in range(int(program[slots.NOTED])):
+        earlier[i] = noted[i]
+
+
+@called
+def take_back(program: Pointer, desk: Pointer) -> None:
+    """Remembers what was remembered before the step: NumPy makes it, or nobody does."""
+    noted, earlier = further(desk, int(program[slots.CALM])), further(desk, int(program[slots.EARLIER]))
+    for i in range(int(program[slots.NOTED])):
+        noted[i] = earlier[i]
 
 
 WANTED = slots.ENTRIES + 1
@@ -112,10 +123,10 @@ def look_at_tasks(program: Pointer, desk: Pointer) -> None:
 @called
 def pose_problem(program: Pointer, desk: Pointer, q: Pointer, width: Sizes) -> int:
     """Puts on the desk what a step from q has to solve: the levels' equations, and the bounds; a status."""
+    remember(program, desk, q)
     status = check_configuration(program, q)
     if status != slots.DONE:
         return status
-    remember(program, desk, q)
     look_at_tasks(program, desk)
     status = equations(program, desk, q, width)
     if status == slots.DONE and program[slots.LIMITS] > 0.0:
@@ -125,13 +136,15 @@ def pose_problem(program: Pointer, desk: Pointer, q: Pointer, width: Sizes) -> i
 
 @called
 def control_step(program: Pointer, desk: Pointer, q: Pointer, out: Pointer, width: Sizes) -> int:
-    """One step from q; a status. `out` and the last velocities change only if it is DONE."""
+    """One step from q; a status. `out`, the last velocities and what is noted change only if it is DONE."""
     status = pose_problem(program, desk, q, width)
-    if status != slots.DONE:
-        return status
     first = int(0.0)  # for a literal 0 Numba would compile `resolve` once more
-    if program[slots.RESOLVER] == slots.WEIGHTED:
+    if status == slots.DONE and program[slots.RESOLVER] == slots.WEIGHTED:
         status = weigh_levels(program, desk, width)
-    else:
+    elif status == slots.DONE:
         status = resolve(program, desk, first, first > 0, width)
-    return status if status != slots.DONE else finish(program, desk, out)
+    if status == slots.DONE:
+        status = finish(program, desk, out)
+    if slots.DONE < status < slots.WANTS_MOTION:
+        take_back(program, desk)
+    return status

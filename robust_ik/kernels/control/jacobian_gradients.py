@@ -1,6 +1,7 @@
-"""Gradients of what Jacobians of frames make of a wrench and a joint motion, and of the measure of levels together.
+"""How the Jacobians of rows change with the joints: ∂J/∂q by weights of rows, and by joint motions.
 
-The compiled form of `kinematics.singular_value_gradients` for the rows of tasks.
+The compiled form of `kinematics.singular_value_gradients` for the rows of tasks, with the gradient of the measure of
+levels together; and of the Hessians of tasks of frames, as quadratic forms of which the symmetric part counts.
 """
 
 from __future__ import annotations
@@ -8,6 +9,7 @@ from __future__ import annotations
 from robust_ik.kernels.chain import chain_layout as links
 from robust_ik.kernels.chain.chain_kinematics import MOST_JOINTS, SIX
 from robust_ik.kernels.chain.hessian_contraction import bend
+from robust_ik.kernels.chain.wrench_form import add_aligned_form
 from robust_ik.kernels.compiler.compiling import called
 from robust_ik.kernels.compiler.stack_memory import ONE, Pointer, Sizes, further, stack
 from robust_ik.kernels.control import control_layout as slots
@@ -15,6 +17,7 @@ from robust_ik.kernels.control.frame_motion import END, frame_place, map_of
 from robust_ik.kernels.control.level_freedom import MATRIX, VECTOR, record_of
 from robust_ik.kernels.control.pose_rows import NINE, THREE, perpendicular, row_factor, turn
 from robust_ik.kernels.matrices.small_svd import decompose_some
+from robust_ik.kernels.within_bounds.polyhedron_projection import dot
 
 
 @called
@@ -141,3 +144,142 @@ def add_direction(
                     add_turning(program, desk, frame, wrench, moved, share, gradient)
             row += int(task[slots.HEIGHT])
             task = further(task, int(task[slots.LONG]))
+
+
+@called
+def add_curvature(program: Pointer, desk: Pointer, level: int, u: Pointer, form: Pointer) -> None:
+    """Fills in uᵀ ∂J/∂q of a level's rows, (n, n), in the units of the joints.
+
+    Args:
+        program: See `control_layout`; ∂J/∂q of all rows is known.
+        desk: The same, with the frames, and ∂J/∂q of rows from outside.
+        level: The level.
+        u: Weights of its rows, (m,).
+        form: Filled.
+    """
+    record, n, row = record_of(program, level), int(program[slots.JOINTS]), 0
+    for i in range(n * n):
+        form[i] = 0.0
+    task = further(program, int(record[slots.TASK]))
+    for _ in range(int(record[slots.TASKS])):
+        weights = further(u, row)
+        if task[slots.KIND] == slots.GIVEN:
+            H = further(desk, int(record[slots.CURVATURE]) + row * n * n)
+            for r in range(int(task[slots.HEIGHT])):
+                for i in range(n * n):
+                    form[i] += weights[r] * H[r * n * n + i]
+        elif task[slots.KIND] != slots.JOINT_VALUES:
+            add_frame_form(program, desk, task, weights, form)
+        row += int(task[slots.HEIGHT])
+        task = further(task, int(task[slots.LONG]))
+    for j in range(n):
+        for k in range(n):
+            form[j * n + k] *= map_of(program, j)[slots.UNIT] * map_of(program, k)[slots.UNIT]
+
+
+@called
+def add_frame_form(program: Pointer, desk: Pointer, task: Pointer, u: Pointer, form: Pointer) -> None:
+    """Adds what a task of a frame has of it, for weights u of its rows."""
+    frame, wrench = int(task[slots.PLACE]), stack(0.0, ONE, SIX)
+    wrench_of(program, desk, task, u, 1, wrench)
+    if task[slots.KIND] == slots.POSE and task[slots.ROOT] >= 0.0:
+        add_relative_form(program, desk, frame, int(task[slots.ROOT]), wrench, form)
+        return
+    add_form(program, desk, frame, wrench, form)
+    if task[slots.KIND] == slots.TWIST and task[slots.AXES] == slots.FRAME_AXES:
+        J = further(frame_place(program, desk, frame), END)
+        add_turning_form(J, J, wrench, int(program[slots.JOINTS]), form)
+
+
+@called
+def add_form(program: Pointer, desk: Pointer, frame: int, wrench: Pointer, form: Pointer) -> None:
+    """Adds a wrench by ∂J/∂q of a frame, along the world's axes."""
+    chain = further(program, int(program[int(program[slots.FRAME]) + 2 * frame]))
+    twists = further(frame_place(program, desk, frame), END + 6 * int(program[slots.JOINTS]))
+    if int(chain[links.JOINTS]) > 0:
+        add_aligned_form(chain, twists, wrench, form)
+
+
+@called
+def add_turning_form(axes: Pointer, J: Pointer, wrench: Pointer, n: int, form: Pointer) -> None:
+    """Adds what rows along axes that turn have besides: −f · (ω_k × v_j) − t · (ω_k × w_j).
+
+    Args:
+        axes: The Jacobian of the frame that turns the axes, (6, n).
+        J: The Jacobian of which rows are taken, (6, n), along the world's axes: columns (v, w).
+        wrench: (f, t), along the world's axes.
+        n: Number of joints.
+        form: Added to.
+    """
+    for k in range(n):
+        x, y, z = axes[3 * n + k], axes[4 * n + k], axes[5 * n + k]
+        for r in range(0, 6, 3):
+            f, g, h = wrench[r], wrench[r + 1], wrench[r + 2]
+            a, b, c = g * z - h * y, h * x - f * z, f * y - g * x  # f · (ω × v) = (f × ω) · v
+            for j in range(n):
+                form[j * n + k] -= a * J[r * n + j] + b * J[(r + 1) * n + j] + c * J[(r + 2) * n + j]
+
+
+@called
+def add_relative_form(program: Pointer, desk: Pointer, frame: int, root: int, wrench: Pointer, form: Pointer) -> None:
+    """Adds what a frame's motion relative to another has; see `tasks.relative.relative_motion`.
+
+    Args:
+        program: See `control_layout`.
+        desk: The same, with the frames.
+        frame: The frame.
+        root: The other.
+        wrench: Along the axes of the other; turned to those of the world.
+        form: Added to.
+    """
+    n, one, other = int(program[slots.JOINTS]), frame_place(program, desk, frame), frame_place(program, desk, root)
+    J, K, moved, back = further(one, END), further(other, END), stack(0.0, ONE, MATRIX), stack(0.0, ONE, SIX)
+    turn(other, False, wrench, 0, 1)
+    turn(other, False, wrench, 3, 1)
+    x, y, z = one[9] - other[9], one[10] - other[10], one[11] - other[11]
+    f, g, h = wrench[0], wrench[1], wrench[2]
+    back[0], back[1], back[2] = -f, -g, -h
+    back[3] = g * z - h * y - wrench[3]
+    back[4] = h * x - f * z - wrench[4]
+    back[5] = f * y - g * x - wrench[5]
+    add_form(program, desk, frame, wrench, form)
+    add_form(program, desk, root, back, form)
+    for i in range(6 * n):
+        moved[i] = J[i] - K[i]
+    for k in range(n):  # f · (∂r/∂q_k × ω_j) = (f × ∂r/∂q_k) · ω_j
+        u, v, w = moved[k], moved[n + k], moved[2 * n + k]
+        a, b, c = g * w - h * v, h * u - f * w, f * v - g * u
+        for j in range(n):
+            form[j * n + k] += a * K[3 * n + j] + b * K[4 * n + j] + c * K[5 * n + j]
+    for j in range(n):  # the offset turns with the other frame: r × ω_j
+        u, v, w = K[3 * n + j], K[4 * n + j], K[5 * n + j]
+        moved[j] += y * w - z * v
+        moved[n + j] += z * u - x * w
+        moved[2 * n + j] += x * v - y * u
+    add_turning_form(K, moved, wrench, n, form)
+
+
+@called
+def projected(form: Pointer, basis: Pointer, n: int, d: int) -> None:
+    """Replaces a form, (n, n), by N form N, where N projects onto the span of d orthonormal rows of length n."""
+    half, small = stack(0.0, ONE, MATRIX), stack(0.0, ONE, MATRIX)
+    for i in range(d):
+        for k in range(n):
+            total = 0.0
+            for j in range(n):
+                total += basis[i * n + j] * form[j * n + k]
+            half[i * n + k] = total
+        for e in range(d):
+            small[i * d + e] = dot(further(half, i * n), further(basis, e * n), n)
+    for i in range(d):
+        for k in range(n):
+            total = 0.0
+            for e in range(d):
+                total += small[i * d + e] * basis[e * n + k]
+            half[i * n + k] = total
+    for j in range(n):
+        for k in range(n):
+            total = 0.0
+            for i in range(d):
+                total += basis[i * n + j] * half[i * n + k]
+            form[j * n + k] = total

@@ -19,6 +19,7 @@ from robust_ik.kernels.control.level_freedom import (
     steady,
 )
 from robust_ik.kernels.control.reconstructed_motion import reconstructed
+from robust_ik.kernels.control.second_order_motion import curved_motion, is_finite
 from robust_ik.kernels.within_bounds.feasible_start import clip, feasible_start
 from robust_ik.kernels.within_bounds.polyhedron_projection import dot
 
@@ -68,6 +69,8 @@ def wish(program: Pointer, desk: Pointer, level: int, given: bool, length: Point
             return False
         if record[slots.WAY] == slots.RECONSTRUCTED:
             reconstructed(program, desk, level, width)
+        elif record[slots.WAY] >= slots.CURVED:
+            curved_motion(program, desk, level, width)
         else:
             level_motion(program, desk, level, width)
     else:
@@ -287,4 +290,4 @@ def resolve(program: Pointer, desk: Pointer, first: int, given: bool, width: Siz
         return slots.UNCERTAIN
     for level in range(levels):
         missing_of(program, desk, level, 1.0, qdot, further(desk, int(record_of(program, level)[slots.RESIDUAL])))
-    return slots.DONE
+    return slots.DONE if is_finite(program, desk) else slots.TOO_LARGE

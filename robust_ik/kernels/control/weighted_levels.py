@@ -21,6 +21,7 @@ from robust_ik.kernels.control.level_freedom import (
     steady,
 )
 from robust_ik.kernels.control.resolve_levels import missing_of, rest, start_inside
+from robust_ik.kernels.control.second_order_motion import is_finite, moved
 from robust_ik.kernels.within_bounds.feasible_start import clip
 from robust_ik.kernels.within_bounds.polyhedron_projection import dot, nearest_inside
 
@@ -60,7 +61,7 @@ def weigh_levels(program: Pointer, desk: Pointer, width: Sizes) -> int:
             share = share_given(further(desk, int(record[slots.JACOBIAN])), int(record[slots.M]), n, free, qdot)
         found_of(program, desk, level)[slots.SHARE] = share
         missing_of(program, desk, level, 1.0, qdot, further(desk, int(record[slots.RESIDUAL])))
-    return slots.DONE
+    return slots.DONE if is_finite(program, desk) else slots.TOO_LARGE
 
 
 @called
@@ -87,7 +88,9 @@ def wish(program: Pointer, desk: Pointer, free: Pointer, metric: Pointer, width:
         asked_velocity(program, desk, level, wanted)
         for c in range(n):
             motion[c] = 0.0
-        if found[slots.RANK] > 0.0:
+        if record[slots.WAY] >= slots.CURVED:
+            moved(program, desk, level, wanted, level >= 0, width)
+        elif found[slots.RANK] > 0.0:
             filtered(program, record, U, s, Vt, int(found[slots.COUNT]), own, wanted, motion)
         size[0] = length_of(wanted, int(record[slots.M]))
         if program[slots.STEADY] > 0.0:

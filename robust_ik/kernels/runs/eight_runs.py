@@ -42,7 +42,7 @@ def eight_runs(
     n, nq, levels = int(program[slots.JOINTS]), int(program[slots.CONFIGURATION]), int(program[slots.LEVELS])
     desk, room, width_of_state = pointer(desks), by_eights(pointer(rooms)), state.shape[1]
     eased, last, qdot = int(program[slots.EASED]), int(program[slots.LAST]), int(program[slots.QDOT])
-    calmed, noted = int(program[slots.CALM]), slots.CALMING + slots.REMEMBERED * n
+    calmed, noted = int(program[slots.CALM]), int(program[slots.NOTED])
     status, ends = stack(0.0, ONE, W8), stack(0.0, W8, ENDS)
     for lane in range(COUNT):
         put(desk, 0, len(desks), room, lane)

@@ -73,9 +73,8 @@ def many_runs(
         program: A program of this thread alone.
         desk: A desk of this thread alone.
         room: Room for eight desks side by side, at a multiple of 64 bytes.
-        state: For each run: q, the velocities asked for last, those of the drives, the speeds of stopped levels, and
-            what is remembered of joints
-            that turn back, and room for what is measured, (N, 2 nq + 2 n + L + C); moved on.
+        state: For each run: q, the velocities asked for last, those of the drives, the speeds of stopped levels, what
+            is noted from step to step, and room for what is measured, (N, 2 nq + 2 n + L + NOTED); moved on.
         done: For each run the number of steps that are done, and the status of the last, (N, 2); filled.
         steps: See `one_run`.
         every: The same.
@@ -89,7 +88,7 @@ def many_runs(
         width: See `control_step`.
     """
     n, nq, levels = int(program[slots.JOINTS]), int(program[slots.CONFIGURATION]), int(program[slots.LEVELS])
-    calmed, noted = further(pointer(desk), int(program[slots.CALM])), slots.CALMING + slots.REMEMBERED * n
+    calmed, noted = further(pointer(desk), int(program[slots.CALM])), int(program[slots.NOTED])
     last = further(pointer(desk), int(program[slots.LAST]))
     eased, size, begin = further(pointer(desk), int(program[slots.EASED])), state.shape[1], 0
     together = goes_side_by_side(program)

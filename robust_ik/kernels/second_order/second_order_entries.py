@@ -24,7 +24,7 @@ def velocity(
     """A step; False if its velocities are no numbers: then `out` and the memory have no meaning."""
     m, n = J.shape
     rows, with_memory, wanted, to = stack(0.0, sheet, width), pointer(memory), pointer(x), pointer(out)
-    if first_order(pointer(parameters), with_memory, pointer(J), wanted, m, n, rows, to, width):
+    if first_order(pointer(parameters), with_memory, pointer(J), wanted, m, n, 0.0, rows, to, width):
         forms = stack(0.0, square, width)
         forms_of(pointer(H), m, n, rows, forms, width)
         second_order(pointer(parameters), with_memory, forms, wanted, m, n, rows, to, width)

@@ -68,6 +68,11 @@ WAITED, PROGRESSED, TURNED, HAS_WAY, HAS_ASKED = 0, 1, 2, 3, 4
 LAST = 5
 """Then the last velocities and the way of the turn, n numbers each, and the direction of ẋ that it is for, m."""
 
+MEMORY_ROWS, MEMORY_JOINTS, MEMORY_HEAD = 0, 1, 2
+"""Before the memory of a level of a stack: the shape of the equation that it is of, which may have a row and a joint
+more than the level, 0 if there was none; the memory itself has the places for the level's own shape.
+"""
+
 WEAK, FREE, KEPT, SIGMA_1, ASKED, FADE, LOOK_AHEAD, CURVATURE = 0, 1, 2, 3, 4, 5, 6, 7
 """Places on the sheet on which a step is computed: numbers k of weak rows, p of kernel motions and r of kept rows; σ₁,
 ‖w c‖, the largest fade, τ, κ.

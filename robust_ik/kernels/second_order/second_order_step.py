@@ -16,8 +16,8 @@ from robust_ik.kernels.second_order.weak_rows import bend_rows, largest_of, spli
 
 @called
 def first_order(
-    parameters: Pointer, memory: Pointer, J: Pointer, x: Pointer, m: int, n: int, sheet: Pointer, out: Pointer,
-    width: Sizes,
+    parameters: Pointer, memory: Pointer, J: Pointer, x: Pointer, m: int, n: int, least: float, sheet: Pointer,
+    out: Pointer, width: Sizes,
 ) -> bool:  # fmt: skip
     """Fills in the motion of the kept rows; whether weak rows are to be served by `second_order`. If not, all is done.
 
@@ -28,6 +28,7 @@ def first_order(
         x: ẋ, (m,).
         m: Number of rows.
         n: Number of joints.
+        least: See `split_rows`.
         sheet: Filled.
         out: (n,), filled.
         width: At least m and n.
@@ -36,8 +37,8 @@ def first_order(
     sheet[lay.WEAK], sheet[lay.FREE], sheet[lay.KEPT] = 0.0, float(n), 0.0
     for c in range(n):
         out[c] = 0.0
-    if largest_of(J, m * n) >= SMALLEST:
-        needed = split_rows(parameters, J, x, m, n, sheet, width)
+    if max(largest_of(J, m * n), least) >= SMALLEST:
+        needed = split_rows(parameters, J, x, m, n, least, sheet, width)
         for c in range(n):
             out[c] = vector_of(sheet, lay.KEPT_MOTION, width)[c]
         if not needed:

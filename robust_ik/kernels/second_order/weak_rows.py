@@ -76,7 +76,9 @@ def fade(fraction: float) -> float:
 
 
 @called
-def split_rows(parameters: Pointer, J: Pointer, x: Pointer, m: int, n: int, sheet: Pointer, width: Sizes) -> bool:
+def split_rows(
+    parameters: Pointer, J: Pointer, x: Pointer, m: int, n: int, least: float, sheet: Pointer, width: Sizes
+) -> bool:
     """Fills in what is known of the rows without ∂J/∂q; whether something is asked of weak rows.
 
     Args:
@@ -85,6 +87,7 @@ def split_rows(parameters: Pointer, J: Pointer, x: Pointer, m: int, n: int, shee
         x: ẋ, (m,).
         m: Number of rows.
         n: Number of joints.
+        least: Least σ₁ to compare with: 0, or that of a singular value beside those of J.
         sheet: Filled but for the quartic, bends and turning rates.
         width: At least m and n.
     """
@@ -92,7 +95,7 @@ def split_rows(parameters: Pointer, J: Pointer, x: Pointer, m: int, n: int, shee
     U, Vt = matrix_of(sheet, lay.LEFT, width), matrix_of(sheet, lay.RIGHT, width)
     s, asked = stack(0.0, ONE, width), stack(0.0, ONE, width)
     decompose_some(J, U, s, Vt, m, n, n, 1, width, width, 0.0)
-    largest, r = s[0], 0
+    largest, r = max(s[0], least), 0
     for i in range(full):
         s[i] = s[i] / largest
         asked[i] = 0.0

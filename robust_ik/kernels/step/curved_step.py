@@ -70,7 +70,7 @@ def curved_step(
             J[r * n + c] = J[r * P + c]
     for c in range(lay.LAST + n):
         memory[c] = 0.0
-    if first_order(parameters, memory, J, x, m, n, rows, found, width):
+    if first_order(parameters, memory, J, x, m, n, 0.0, rows, found, width):
         forms = stack(0.0, square, width)
         task_forms(program, q, rows, forms, width)
         second_order(parameters, memory, forms, x, m, n, rows, found, width)
