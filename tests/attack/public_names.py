@@ -38,7 +38,7 @@ RECORDS = {
     "CollisionLimit",
     "JointLimits", "Ablation", "Card", "Jump", "TrackingReport", "Comparison", "ProofLeaf", "LeafPlace", "Proof",
     "JointRelation",    "Box", "Sphere", "Cylinder", "Verdict", "DrawnRobot", "MissingMesh", "Certificate",
-    "Standstill", "SearchEnds", "Descent",
+    "Standstill", "SearchEnds", "Descent", "AllSolutions", "ManySolutions", "SelfMotion", "BranchSolver",
 }  # fmt: skip
 """What the package makes and hands out; their constructors are for it alone."""
 

@@ -82,7 +82,8 @@ def test_no_modules_import_each_other_in_a_circle():
 
 
 SHORT = {"chain_layout": "links", "pose_layout": "lay", "search_memory": "mem", "step_layout": "slots",
-         "control_layout": "slots", "second_order_layout": "lay"}  # fmt: skip
+         "control_layout": "slots", "second_order_layout": "lay",
+         "branches_layout": "lay"}  # fmt: skip
 """Modules of places in vectors, which kernels name in every line: the one short name that each may have."""
 
 

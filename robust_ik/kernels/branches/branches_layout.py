@@ -16,7 +16,6 @@ PIVOT: Place of the variable whose values are found first, among the others in t
 OWN: How many joints are the arm's own: the first ones; the others stand in.
 FLOATING: How many of the stand-ins, the last ones, are not locked at 0.
 """
-HEAD = 5
 POINT, AXES, SLIDES = 5, 8, 56
 """The tool's point at zero (3,), axes (6, 8), and which of them slide (6,)."""
 SPANS, PARTS = 62, 94
@@ -24,6 +23,7 @@ SPANS, PARTS = 62, 94
 LOWER, UPPER, TURNED = 126, 132, 138
 """Limits (6,), and for each joint 1 if its axis is given in world axes and passes the tool's point at the target."""
 SIZE = 144
+"""How many numbers a plan has."""
 
 SCALE, COUNT_OF_VALUES, HOME_ROTATION, HOME_POINT, COLUMNS, ARM = 0, 1, 2, 11, 14, 20
 """An arm: its unit of length, m; number n of the robot's joints; its pose at zero, rotation (3, 3) row by row and point
