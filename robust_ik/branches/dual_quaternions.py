@@ -13,6 +13,11 @@ ONE = np.eye(8)[0]
 """No displacement."""
 
 
+def unit(a: Array) -> Array:
+    """The vector (3,) with length 1; products of rotations lose it by rounding."""
+    return np.asarray(a / np.linalg.norm(a))
+
+
 def line(direction: Array, point: Array) -> Array:
     """The axis a + ε m through a point, m = p × a, (8,)."""
     return np.concatenate([[0.0], direction, [0.0], np.cross(point, direction)])

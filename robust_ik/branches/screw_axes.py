@@ -8,7 +8,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from robust_ik.branches.dual_quaternions import about_z, joint_motor, line, motor_of, moved, pose_of, slide
+from robust_ik.branches.dual_quaternions import about_z, joint_motor, line, motor_of, moved, pose_of, slide, unit
 from robust_ik.checks import Array
 from robust_ik.kernels.branches import branches_layout as lay
 from robust_ik.kinematics.chain import Chain
@@ -48,7 +48,7 @@ class ScrewAxes:
         points = np.array([each[:3, 3] for each in [*frames, home]])
         scale = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum()) or 1.0
         axes = [
-            slide(each[:3, 2]) if slides else line(each[:3, 2], each[:3, 3] / scale)
+            slide(unit(each[:3, 2])) if slides else line(unit(each[:3, 2]), each[:3, 3] / scale)
             for each, slides in zip(frames, chain.sliding)
         ]
         return cls(np.array(axes), chain.sliding.copy(), chain.column.copy(), home, scale)

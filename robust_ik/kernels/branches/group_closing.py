@@ -9,12 +9,14 @@ from robust_ik.kernels.branches.branches_layout import GROUP, JOINTS, MOTOR
 from robust_ik.kernels.branches.loop_equations import motor_at
 from robust_ik.kernels.branches.motors import multiply
 from robust_ik.kernels.branches.pencils import FOUR, factors, quadratic_form_roots, twisted
-from robust_ik.kernels.branches.settling import CLOSE, SIX, loop_error, settle
+from robust_ik.kernels.branches.settling import SIX, loop_error, settle
 from robust_ik.kernels.compiler.compiling import called, inlined
 from robust_ik.kernels.compiler.stack_memory import ONE, W8, Pointer, further, stack
 
 SAME = 1e-6
 """Solutions that differ by less are one, rad or units of length."""
+SEEN = 2e-13
+"""An error halfway between two solutions up to which they are one: less than that is rounding of poses."""
 CLOSE_BY, WEAK_PIVOT = 1e-2, 1e-2
 """How near two solutions are, and how small the least pivot is, where they may be the ends of a double root."""
 SINGULAR = 1e-5
@@ -101,9 +103,7 @@ def add(
                 if not slides[k] > 0.0:
                     d -= 2.0 * math.pi * math.floor(d / (2.0 * math.pi) + 0.5)
                 middle[k] = other[k] + 0.5 * d
-            if loop_error(axes, slides, middle, g, J, twist) <= 10.0 * CLOSE:
-                return count
-            if max(weakest, other[lay.SIGMA]) < SINGULAR:
+            if loop_error(axes, slides, middle, g, J, twist) <= SEEN:
                 return count
     if count < lay.SOLUTIONS:
         row = further(found, lay.ROW * count)

@@ -117,15 +117,15 @@ def factors(y: Pointer, v: Pointer, w: Pointer) -> None:
 def quadratic_form_roots(a: float, b: float, c: float, roots: Pointer, near: float, flat: float) -> int:
     """Fills in up to two (x, y) of length 1 with a x² + b x y + c y² = 0; returns how many, −1 if all are.
 
-    Two that are complex give their real part if the discriminant, with coefficients of size 1, is above −near. All are
-    where no coefficient is above `flat`.
+    Two that are complex give their real part if the discriminant, with coefficients of size 1, is above −near − flat/s,
+    s being the largest coefficient. All are where s is not above `flat`.
     """
     scale = max(abs(a), abs(b), abs(c))
     if not scale > flat:
         return -1
     a, b, c = a / scale, b / scale, c / scale
     inside = b * b - 4.0 * a * c
-    if inside < -near:
+    if inside < -(near + flat / scale):
         return 0
     root = math.sqrt(max(inside, 0.0))
     h = -0.5 * (b + math.copysign(root, b))

@@ -16,17 +16,19 @@ from robust_ik.kernels.compiler.stack_memory import ONE, W8, Pointer, further, s
 SIX, SEVEN = sizes(6), sizes(7)
 STEPS = 24
 """Most steps. Chosen: simple solutions take 1 to 3; at a singular one each step halves the distance."""
-CLOSE = 1e-12
+CLOSE = 1e-11
 """Largest entry of the error's twist, rad or units of length, that a solution may have.
 
-Chosen: 10 to 100 times the rounding of six products.
+Chosen: poses of files whose rotations are written with twelve digits are off by 1e-12 in directions that are lost.
 """
 EXACT = 4e-15
 """An error below which no further step is taken."""
 LONGEST = 0.5
 """Longest step of a joint, rad or units of length."""
-SMALLEST_PIVOT = 1e-9
-"""Pivots below this part of the largest one give no motion."""
+SMALLEST_PIVOT, STEEP = 1e-9, 20.0
+"""Pivots below this part of the largest one give no motion, nor do those up to this many times the error: their step
+would be longer than 1/20. At a fold the error is the square of the pivot, which is kept.
+"""
 
 
 @called
@@ -65,10 +67,10 @@ def loop_error(axes: Pointer, slides: Pointer, q: Pointer, g: Pointer, J: Pointe
 
 
 @called
-def newton_step(J: Pointer, twist: Pointer, step: Pointer) -> float:
+def newton_step(J: Pointer, twist: Pointer, smallest: float, step: Pointer) -> float:
     """Fills in J⁻¹ twist, (6,), without the motions of weak pivots; returns the least pivot over the largest one.
 
-    J and twist are destroyed. Complete pivots.
+    J and twist are destroyed. Complete pivots; those up to `smallest` of the largest one are weak.
     """
     columns = stack(0.0, ONE, SIX)
     for j in range(6):
@@ -83,7 +85,7 @@ def newton_step(J: Pointer, twist: Pointer, step: Pointer) -> float:
         if k == 0:
             first = largest
         weakest = largest / first if first > 0.0 else 0.0
-        if not weakest > SMALLEST_PIVOT:
+        if not weakest > smallest:
             rank = k
             break
         if row != k:
@@ -125,7 +127,7 @@ def settle(axes: Pointer, slides: Pointer, g: Pointer, q: Pointer) -> tuple[bool
             vain += 1
         if not error < math.inf or vain > 2:
             break
-        pivot = newton_step(J, twist, step)
+        pivot = newton_step(J, twist, max(SMALLEST_PIVOT, STEEP * error), step)
         if error == least:
             weakest = pivot
         if error <= EXACT:
