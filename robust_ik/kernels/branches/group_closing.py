@@ -9,14 +9,16 @@ from robust_ik.kernels.branches.branches_layout import GROUP, JOINTS, MOTOR
 from robust_ik.kernels.branches.loop_equations import motor_at
 from robust_ik.kernels.branches.motors import multiply
 from robust_ik.kernels.branches.pencils import FOUR, factors, quadratic_form_roots, twisted
-from robust_ik.kernels.branches.settling import SIX, loop_error, settle
+from robust_ik.kernels.branches.settling import SIX, loop_error, newton_step, settle
 from robust_ik.kernels.compiler.compiling import called, inlined
 from robust_ik.kernels.compiler.stack_memory import ONE, W8, Pointer, further, stack
 
 SAME = 1e-6
 """Solutions that differ by less are one, rad or units of length."""
-SEEN = 2e-13
-"""An error halfway between two solutions up to which they are one: less than that is rounding of poses."""
+SEEN, AS_GOOD = 2e-13, 4.0
+"""An error halfway between two solutions up to which they are one, by itself and over their own: rounding of poses."""
+FAR_BELOW, LEAST_PIVOT = 3.0, 1e-9
+"""Pivots up to this many times the weakest one of two solutions, and this one, count as weak between them."""
 CLOSE_BY, WEAK_PIVOT = 1e-2, 1e-2
 """How near two solutions are, and how small the least pivot is, where they may be the ends of a double root."""
 SINGULAR = 1e-5
@@ -74,7 +76,7 @@ def add(
         The number of solutions; minus one minus that number if the candidate is no solution.
     """
     slides, middle = further(plan, lay.SLIDES), stack(0.0, ONE, SIX)
-    J, twist = stack(0.0, SIX, SIX), stack(0.0, ONE, SIX)
+    J, twist, step = stack(0.0, SIX, SIX), stack(0.0, ONE, SIX), stack(0.0, ONE, SIX)
     near = stack(0.0, ONE, W8)
     for k in range(JOINTS):
         if not abs(q[k]) < 1e9:
@@ -97,13 +99,20 @@ def add(
         if far < SAME:
             return count
         if far < CLOSE_BY and weakest < WEAK_PIVOT:
-            # Two ends of a double root: halfway is a solution, too, as far as doubles can tell.
+            # Two ends of a double root: halfway, put right in the directions that are not weak, is a solution, too, as
+            # far as doubles can tell.
             for k in range(JOINTS):
                 d = q[k] - other[k]
                 if not slides[k] > 0.0:
                     d -= 2.0 * math.pi * math.floor(d / (2.0 * math.pi) + 0.5)
                 middle[k] = other[k] + 0.5 * d
-            if loop_error(axes, slides, middle, g, J, twist) <= SEEN:
+            weak = FAR_BELOW * max(weakest, other[lay.SIGMA], LEAST_PIVOT)
+            for _ in range(2):
+                loop_error(axes, slides, middle, g, J, twist)
+                newton_step(J, twist, weak, step)
+                for k in range(JOINTS):
+                    middle[k] += step[k]
+            if loop_error(axes, slides, middle, g, J, twist) <= max(SEEN, AS_GOOD * max(miss, other[lay.MISS])):
                 return count
     if count < lay.SOLUTIONS:
         row = further(found, lay.ROW * count)
