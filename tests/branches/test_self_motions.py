@@ -7,6 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import robust_ik as rik
+from tests import dh_arms
 from tests.branches.test_all_solutions import apart, holds, misses
 
 ARMS = ("pa10", "srs_7r", "panda", "kinova_gen3", "xarm7")
@@ -85,3 +86,14 @@ def test_curves_are_counted_once_whatever_is_held(rng):
             for other in curves[:i]:
                 middle = one.q[len(one.q) // 2]
                 assert apart(robot, other.q, middle).min() > 1e-3
+
+
+def test_a_self_motion_of_a_singular_pose_is_cut_at_limits():
+    """A straight wrist turns joints 4 and 6 against each other, as far as both may."""
+    robot = dh_arms.arm("kr16_like", (-1.0, 1.0))
+    found = robot.all_solutions(robot.pose(np.array([0.2, -0.3, 0.4, 0.5, 0.0, 0.1])))
+    (curve,) = found.self_motions
+    assert not curve.closed
+    assert (np.abs(curve.q) <= 1.0 + 1e-9).all()
+    assert_allclose(sorted([curve.q[0, 3], curve.q[-1, 3]]), [-0.4, 1.0], atol=2e-3)
+    assert ((found.q >= robot.lower) & (found.q <= robot.upper)).all()
