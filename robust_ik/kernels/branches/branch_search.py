@@ -20,8 +20,8 @@ from robust_ik.kernels.branches.loop_equations import (
     span_of_pair,
     without,
 )
+from robust_ik.kernels.branches.loop_state import SIX
 from robust_ik.kernels.branches.motors import carried, conjugate, motor_between
-from robust_ik.kernels.branches.settling import SIX
 from robust_ik.kernels.branches.three_variables import MOST_ROOTS, NEAR_CIRCLE, solve_slides, solve_three
 from robust_ik.kernels.compiler.compiling import called, filled, given, inlined, kernel
 from robust_ik.kernels.compiler.stack_memory import ONE, W8, Pointer, further, pointer, sizes, stack

@@ -7,9 +7,10 @@ import math
 from robust_ik.kernels.branches import branches_layout as lay
 from robust_ik.kernels.branches.branches_layout import GROUP, JOINTS, MOTOR
 from robust_ik.kernels.branches.loop_equations import motor_at
+from robust_ik.kernels.branches.loop_state import SIX, loop_state
 from robust_ik.kernels.branches.motors import multiply
 from robust_ik.kernels.branches.pencils import FOUR, factors, quadratic_form_roots, twisted
-from robust_ik.kernels.branches.settling import SIX, loop_error, newton_step, settle
+from robust_ik.kernels.branches.settling import newton_step, settle
 from robust_ik.kernels.compiler.compiling import called, inlined
 from robust_ik.kernels.compiler.stack_memory import ONE, W8, Pointer, further, stack
 
@@ -108,11 +109,13 @@ def add(
                 middle[k] = other[k] + 0.5 * d
             weak = FAR_BELOW * max(weakest, other[lay.SIGMA], LEAST_PIVOT)
             for _ in range(2):
-                loop_error(axes, slides, middle, g, J, twist)
+                loop_state(axes, slides, JOINTS, middle, g, g, 6, J, twist)
                 newton_step(J, twist, weak, step)
                 for k in range(JOINTS):
                     middle[k] += step[k]
-            if loop_error(axes, slides, middle, g, J, twist) <= max(SEEN, AS_GOOD * max(miss, other[lay.MISS])):
+            if loop_state(axes, slides, JOINTS, middle, g, g, 6, J, twist) <= max(
+                SEEN, AS_GOOD * max(miss, other[lay.MISS])
+            ):
                 return count
     if count < lay.SOLUTIONS:
         row = further(found, lay.ROW * count)

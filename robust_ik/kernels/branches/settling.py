@@ -1,19 +1,17 @@
 """Newton's method on the closed loop: a candidate settles on a solution, or it is none.
 
-Source: Newton–Raphson on E_0(q_0) … E_5(q_5) = g; columns of the Jacobian are the axes carried along.
+Source: Newton–Raphson on E_0(q_0) … E_5(q_5) = g.
 """
 
 from __future__ import annotations
 
 import math
 
-from robust_ik.kernels.branches.branches_layout import JOINTS, MOTOR
-from robust_ik.kernels.branches.motors import carried, conjugate, joint_motor, multiply
-from robust_ik.kernels.chain.sine_cosine import cosine_and_sine
+from robust_ik.kernels.branches.branches_layout import JOINTS
+from robust_ik.kernels.branches.loop_state import SIX, loop_state
 from robust_ik.kernels.compiler.compiling import called
-from robust_ik.kernels.compiler.stack_memory import ONE, W8, Pointer, further, sizes, stack
+from robust_ik.kernels.compiler.stack_memory import ONE, Pointer, stack
 
-SIX, SEVEN = sizes(6), sizes(7)
 STEPS = 24
 """Most steps. Chosen: simple solutions take 1 to 3; at a singular one each step halves the distance."""
 CLOSE = 1e-11
@@ -29,41 +27,6 @@ SMALLEST_PIVOT, STEEP = 1e-9, 20.0
 """Pivots below this part of the largest one give no motion, nor do those up to this many times the error: their step
 would be longer than 1/20. At a fold the error is the square of the pivot, which is kept.
 """
-
-
-@called
-def loop_error(axes: Pointer, slides: Pointer, q: Pointer, g: Pointer, J: Pointer, twist: Pointer) -> float:
-    """Fills in the axes carried along, as columns of J (6, 6), and the twist from the product to g, (6,).
-
-    Returns:
-        The largest entry of the twist.
-    """
-    reached, next_one, motor = stack(0.0, ONE, W8), stack(0.0, ONE, W8), stack(0.0, ONE, W8)
-    reached[0] = 1.0
-    for i in range(1, MOTOR):
-        reached[i] = 0.0
-    for k in range(JOINTS):
-        axis = further(axes, MOTOR * k)
-        carried(reached, axis, next_one)
-        for i in range(3):
-            J[6 * i + k], J[6 * (3 + i) + k] = next_one[1 + i], next_one[5 + i]
-        if slides[k] > 0.0:
-            joint_motor(axis, 1.0, 0.5 * q[k], motor)
-        else:
-            c, s = cosine_and_sine(0.5 * q[k])
-            joint_motor(axis, c, s, motor)
-        multiply(reached, motor, next_one)
-        for i in range(MOTOR):
-            reached[i] = next_one[i]
-    conjugate(reached, next_one)
-    multiply(g, next_one, motor)
-    # Rounding changes the length of a motor; at w = 0 it is half a turn away.
-    scale = 2.0 / math.copysign(max(abs(motor[0]), 0.1), motor[0])
-    largest = 0.0
-    for i in range(3):
-        twist[i], twist[3 + i] = scale * motor[1 + i], scale * motor[5 + i]
-        largest = max(largest, abs(twist[i]), abs(twist[3 + i]))
-    return largest
 
 
 @called
@@ -117,7 +80,7 @@ def settle(axes: Pointer, slides: Pointer, g: Pointer, q: Pointer) -> tuple[bool
     least, weakest, vain, steps = math.inf, 0.0, 0, 0
     for _ in range(STEPS):
         steps += 1
-        error = loop_error(axes, slides, q, g, J, twist)
+        error = loop_state(axes, slides, JOINTS, q, g, g, 6, J, twist)
         if error < least:
             vain = 0
             least = error
