@@ -11,12 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from robust_ik.branches.closed_loop import ClosedLoop
 from robust_ik.branches.dual_quaternions import pose_of
 from robust_ik.branches.loop_plans import Loop, choose_plans
 from robust_ik.branches.screw_axes import ScrewAxes
-from robust_ik.branches.self_motion import ClosedLoop, Traced, trace
+from robust_ik.branches.self_motion import Traced, trace
 from robust_ik.checks import Array
 from robust_ik.kernels.branches import branches_layout as lay
+from robust_ik.kinematics.svd import full_svd
 
 VALUES = 48
 """At how many values a joint is held."""
@@ -77,8 +79,9 @@ class HeldJoints:
             best = choose_plans(rest, -free, free)[:1]
             if not len(best):
                 continue
-            a, b = (low[joint], high[joint]) if high[joint] - low[joint] < 2 * np.pi else (-np.pi, np.pi)
-            if arm.slides[joint] and not np.isfinite(b - a):
+            whole = not arm.slides[joint] and high[joint] - low[joint] >= 2 * np.pi
+            a, b = (-np.pi, np.pi) if whole else (low[joint], high[joint])
+            if not np.isfinite(b - a):
                 continue
             values = a + (b - a) * (np.arange(VALUES) + 0.5) / VALUES
             keep = np.arange(len(arm.axes)) != joint
@@ -135,5 +138,5 @@ def _by_share(arm: ScrewAxes) -> list[int]:
         values = rng.uniform(-2, 2, len(arm.axes)) * np.where(arm.slides, 0.2, 1.0)
         none = np.zeros(0)
         loop = ClosedLoop(arm.axes, arm.slides, np.eye(8)[0], arm.point, rotates=True, lower=none, upper=none)
-        share += np.abs(np.linalg.svd(loop.state(values)[1])[2][-1])
+        share += np.abs(full_svd(loop.state(values)[1]).Vt[-1])
     return [int(i) for i in np.argsort(-share, kind="stable")]

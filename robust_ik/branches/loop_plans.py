@@ -12,11 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robust_ik.branches.dual_quaternions import ONE, joint_motor, line, pose_of, product, slide
+from robust_ik.branches.dual_quaternions import ONE, joint_motor, line, pose_of, product, unit
+from robust_ik.branches.free_rows import FreeRows
 from robust_ik.branches.screw_axes import ScrewAxes
 from robust_ik.checks import Array
 from robust_ik.kernels.branches import branches_layout as lay
-from robust_ik.kinematics.twist_rows import ROWS
+from robust_ik.kinematics.svd import singular_values, whole_svd
 
 SAME_GROUP = 1e-9
 """Largest entry of N times a motor of a third joint that belongs to the group. Chosen: above the rounding of axes."""
@@ -51,31 +52,20 @@ class Loop:
     @classmethod
     def of(cls, arm: ScrewAxes, rows: Sequence[str]) -> Loop | None:
         """The loop of an arm in some rows; None if it has more than six joints, with those that float."""
-        axes, slides, turned = list(arm.axes), list(arm.slides), [False] * len(arm.axes)
-        free = [row for row in ROWS if row not in rows]
-        spinning = [row for row in free if row.startswith("w")]
-        if len(spinning) == 2:
-            spinning = []  # the target is turned to what the arm can reach, see `BranchSolver`
-        sliding = [row for row in free if not row.startswith("w")]
-        locked = 6 - len(axes) - len(spinning) - len(sliding)
+        free = FreeRows.of(rows)
+        floating = free.joints(arm.point)
+        locked = 6 - len(arm.axes) - len(floating)
         if locked < 0:
             return None
         rng = np.random.default_rng(7)
+        stand_ins = []
         for _ in range(locked):
-            a = rng.normal(size=3)
-            axes.append(line(a / np.linalg.norm(a), arm.point + rng.uniform(-0.5, 0.5, 3)))
-            slides.append(False)
-            turned.append(False)
-        for row in sliding:
-            axes.append(slide(np.eye(3)[ROWS.index(row)]))
-            slides.append(True)
-            turned.append(len(sliding) < 3)
-        for row in spinning:
-            axes.append(line(np.eye(3)[ROWS.index(row) - 3], arm.point))
-            slides.append(False)
-            turned.append(len(spinning) < 3)
-        made = np.array(axes), np.array(slides), np.array(turned)
-        return cls(*made, len(arm.axes), len(spinning) + len(sliding), arm)
+            direction = unit(rng.normal(size=3))
+            stand_ins.append(line(direction, arm.point + rng.uniform(-0.5, 0.5, 3)))
+        axes = np.array([*arm.axes, *stand_ins, *(axis for axis, _ in floating)])
+        slides = np.array([*arm.slides, *[False] * locked, *(slides for _, slides in floating)])
+        turned = np.array([False] * (6 - len(floating)) + free.turned)
+        return cls(axes, slides, turned, len(arm.axes), len(floating), arm)
 
     def pose(self, values: Array) -> Array:
         """The pose at the values of the arm's own joints, in units of the axes, (own,) → (4, 4)."""
@@ -91,7 +81,7 @@ class Loop:
 
     def is_weak(self, first: int) -> bool:
         """Whether the axes of a pair nearly coincide."""
-        s = np.linalg.svd(self.span(first), compute_uv=False)
+        s = singular_values(self.span(first))
         return bool(s[2 if self.slides[first : first + 2].all() else 3] < WEAK_SPAN * s[0])
 
     def is_triple(self, first: int) -> bool:
@@ -99,11 +89,11 @@ class Loop:
         if self.turned[first : first + 3].any():
             return False
         S = self.span(first + 1)
-        left, s, _ = np.linalg.svd(S)
-        if s[-1] < WEAK_SPAN * s[0]:
+        found = whole_svd(S)
+        if found.s[-1] < WEAK_SPAN * found.s[0]:
             return False
         products = np.stack([product(self.axes[first], each) for each in S.T], axis=-1)
-        return bool((np.abs(left[:, 4:].T @ products) < SAME_GROUP).all())
+        return bool((np.abs(found.U[:, 4:].T @ products) < SAME_GROUP).all())
 
     def plan(self, *, triple: bool, first: int, pivot: int, lower: Array, upper: Array) -> Array:
         """A packed plan, see `kernels.branches.branches_layout`."""
@@ -117,7 +107,7 @@ class Loop:
         packed[lay.LOWER : lay.LOWER + self.own], packed[lay.UPPER : lay.UPPER + self.own] = lower, upper
         if triple or first < 5:
             S = self.span(first + triple)
-            N = np.linalg.svd(S)[0][:, 4:].T
+            N = whole_svd(S).U[:, 4:].T
             if not S[:4, 1:].any():  # two slides: rotations vanish, and what is across both; the rest follows
                 N = np.zeros((4, 8))
                 N[[0, 1, 2], [1, 2, 3]] = 1.0

@@ -3,90 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from robust_ik.branches.dual_quaternions import ONE, conjugate, joint_motor, moved, product
+from robust_ik.branches.closed_loop import ClosedLoop
 from robust_ik.checks import Array
+from robust_ik.kinematics.svd import full_svd, singular_values
 
 STEP, MOST_POINTS = 0.05, 2000
 """How far a solution is tried to be left, rad and units of length; how many points a curve may have to either side."""
-ON_CURVE = 1e-11
-"""Largest entry of the error of a point that counts as on the curve."""
 LOST = 1e-6
 """Singular values up to this part of the largest one count as zero."""
 AT_LIMIT = 1e-9
 """By how much a joint may pass its limit, rad or units of length."""
 NEXT_TO, SAME = 0.2, 0.02
 """How far from a curve's point a solution may be to lie between it and the next one; how far from their line."""
-
-
-@dataclass(frozen=True, eq=False)
-class ClosedLoop:
-    """Joints in a row whose motors shall multiply to g, or take a point to where g takes it.
-
-    Attributes:
-        axes: (k, 8).
-        slides: (k,).
-        g: (8,).
-        point: (3,); if `rotates` is False, its position alone is wanted.
-        rotates: Whether the rotation is wanted, too.
-        lower: Limits of the first joints, those of the arm.
-        upper: The same.
-    """
-
-    axes: Array
-    slides: NDArray[np.bool_]
-    g: Array
-    point: Array
-    rotates: bool
-    lower: Array
-    upper: Array
-
-    def state(self, values: Array) -> tuple[Array, Array]:
-        """The twist to g, (6,) or (3,), and the Jacobian, (6, k) or (3, k)."""
-        M, columns = ONE, []
-        for axis, slides, value in zip(self.axes, self.slides, values):
-            columns.append(moved(M, axis))
-            M = product(M, joint_motor(axis, float(value), bool(slides)))
-        J = np.stack(columns, axis=-1)
-        if self.rotates:
-            error = product(self.g, conjugate(M))
-            w = np.copysign(max(abs(error[0]), 0.1), error[0])
-            return 2 * error[[1, 2, 3, 5, 6, 7]] / w, J[[1, 2, 3, 5, 6, 7]]
-        at = placed(M, self.point)
-        return placed(self.g, self.point) - at, J[5:] + np.cross(J[1:4], at, axis=0)
-
-    def difference(self, a: Array, b: Array) -> Array:
-        """A − b, turns modulo 2π, (..., k) or of the first joints alone."""
-        d = a - b
-        return np.where(self.slides[: d.shape[-1]], d, d - 2 * np.pi * np.round(d / (2 * np.pi)))
-
-    def corrected(self, values: Array, rank: int) -> Array | None:
-        """The values on the curve next to these, by Newton steps of a rank; None if there are none."""
-        for _ in range(8):
-            error, J = self.state(values)
-            if np.abs(error).max() < ON_CURVE:
-                return values
-            U, s, Vt = np.linalg.svd(J, full_matrices=False)
-            if not s[rank - 1] > 0:
-                return None
-            values = values + Vt[:rank].T @ (U[:, :rank].T @ error / s[:rank])
-        return None
-
-    @cached_property
-    def free(self) -> ClosedLoop:
-        """The same loop without limits."""
-        none = np.full(len(self.lower), np.inf)
-        return ClosedLoop(self.axes, self.slides, self.g, self.point, self.rotates, -none, none)
-
-
-def placed(M: Array, point: Array) -> Array:
-    """Where a motor takes a point, (3,)."""
-    after = product(product(M, np.array([1.0, 0, 0, 0, 0, *point])), conjugate(M) * np.array([1.0] * 4 + [-1.0] * 4))
-    return np.asarray(after[5:])
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,7 +83,8 @@ def trace(loop: ClosedLoop, start: Array) -> Traced | int:
         start: A solution, (k,).
     """
     _, J = loop.state(start)
-    _, s, Vt = np.linalg.svd(J)
+    found = full_svd(J)
+    s, Vt = found.s, found.Vt
     rank = int((s > LOST * s[0]).sum())
     dimension = len(start) - rank
     if dimension == 0 or not _moves(loop, start, Vt[rank:], rank):
@@ -173,7 +105,7 @@ def _moves(loop: ClosedLoop, start: Array, directions: Array, rank: int) -> bool
             there = loop.corrected(start + sign * STEP * direction, rank)
             if there is None or abs(loop.difference(there, start) @ direction) < 0.5 * STEP:
                 return False
-            s = np.linalg.svd(loop.state(there)[1], compute_uv=False)
+            s = singular_values(loop.state(there)[1])
             if rank < len(s) and s[rank] > LOST * s[0]:
                 return False
     return True

@@ -2,48 +2,42 @@
 
 from __future__ import annotations
 
-import itertools
-import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robust_ik.branches.dual_quaternions import ONE, line, moved
+from robust_ik.branches.closed_loop import ClosedLoop
+from robust_ik.branches.free_rows import FreeRows
+from robust_ik.branches.full_turns import with_turns
 from robust_ik.branches.held_joints import HeldJoints
 from robust_ik.branches.loop_plans import Loop, choose_plans
 from robust_ik.branches.result import AllSolutions, ManySolutions, SelfMotion, SolutionsStatus
 from robust_ik.branches.screw_axes import ScrewAxes
-from robust_ik.branches.self_motion import ClosedLoop, Traced, trace, within_limits
+from robust_ik.branches.self_motion import Traced, trace, within_limits
 from robust_ik.checks import Array
-from robust_ik.errors import InputError
 from robust_ik.kernels.branches import branches_layout as lay
 from robust_ik.kinematics.chain import Chain
+from robust_ik.kinematics.svd import singular_values
 from robust_ik.kinematics.twist_rows import ROWS
 
 SINGULAR = 1e-6
-"""Least pivot of a Jacobian over its largest one up to which a solution is called singular."""
-ON_THE_CURVE = 1e-3
-"""Distance from a traced curve up to which a solution belongs to it, rad and units of length."""
+"""Least pivot of a Jacobian over its largest one up to which a solution is called singular; so are singular values."""
 STATUS = {
     lay.EVERY: SolutionsStatus.EVERY,
     lay.NEARBY: SolutionsStatus.DEGENERATE,
     lay.DOUBTFUL: SolutionsStatus.DOUBTFUL,
     lay.DEGENERATE: SolutionsStatus.DOUBTFUL,
 }
-MOST_TURNED = 100_000
-"""Most solutions with turns. Chosen: eight of a UR have 512; what nobody looks through shall not fill the memory."""
-AT_LIMIT = 1e-9
-"""By how much a joint may pass its limit, rad."""
 SAME = 1e-5
 """Solutions of a search that differ by less from one that is known are that one, rad and units of length."""
+STILL = 1e-6
+"""Joints that move by less along a curve stand still, rad and units of length."""
 HELD = 2
 """How many joints of a redundant arm are held in turn."""
-PARALLEL = 1e-9
-"""Sine of the angle between an axis and a row up to which a joint turns in that row alone."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,13 +62,20 @@ class BranchSolver:
     to_q: Callable[[Array], Array]
     search: Callable[[Array, Array], Array]
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Through the constructor: what was prepared holds compiled functions.
+        return type(self), tuple(getattr(self, each.name) for each in fields(self))
+
     @cached_property
     def arm(self) -> ScrewAxes | None:
         """The arm's joints; None if the loop has no form of its own, e.g. where a joint follows another one."""
         arm = ScrewAxes.of(self.chain)
-        if arm is None or (self._single and not self._turns_in_one_row(arm)):
-            return None
-        return arm
+        return None if arm is None or not self.free.suits(arm) else arm
+
+    @cached_property
+    def free(self) -> FreeRows:
+        """What the rows leave free."""
+        return FreeRows.of(self.rows)
 
     @cached_property
     def loop(self) -> Loop | None:
@@ -99,7 +100,7 @@ class BranchSolver:
         It returns None, so that `solve` has to be called, unless the pose is an array (4, 4) of doubles that is rigid,
         the joint values an array of doubles, and the pose not degenerate.
         """
-        if not len(self.plans) or self._single:
+        if not len(self.plans) or self.free.kept is not None:
             return lambda target, near: None  # noqa: ARG005
         from robust_ik.kernels.branches import branches
 
@@ -153,38 +154,6 @@ class BranchSolver:
             return "closed form" if self.plans[0, lay.TRIPLE] else "elimination"
         return "self-motions" if self.is_redundant and self.held is not None else "search"
 
-    @property
-    def _single(self) -> bool:
-        return sum(row.startswith("w") for row in self.rows) == 1
-
-    def _turns_in_one_row(self, arm: ScrewAxes) -> bool:
-        (row,) = (row for row in self.rows if row.startswith("w"))
-        axis = np.eye(3)[ROWS.index(row) - 3]
-        turning = arm.axes[~arm.slides, 1:4]
-        return bool((np.linalg.norm(np.cross(turning, axis), axis=1) < PARALLEL).all())
-
-    def targets(self, T: Array) -> Array:
-        """The targets, turned to what the arm can reach if one rotation alone is wanted, (..., 4, 4).
-
-        The rest of the rotation is free then: R becomes the turn about the wanted row next to it.
-        """
-        if not self._single or self.arm is None:
-            return T
-        (row,) = (row for row in self.rows if row.startswith("w"))
-        axis = ROWS.index(row) - 3
-        home = self.arm.home[:3, :3]
-        R = T[..., :3, :3] @ home.T
-        i, j = (axis + 1) % 3, (axis + 2) % 3
-        # The twist about the axis: the quaternion's part along it and its real part.
-        angle = np.arctan2(R[..., j, i] - R[..., i, j], R[..., i, i] + R[..., j, j])
-        turned = np.zeros_like(R)
-        turned[..., axis, axis] = 1.0
-        turned[..., i, i] = turned[..., j, j] = np.cos(angle)
-        turned[..., j, i], turned[..., i, j] = np.sin(angle), -np.sin(angle)
-        made = np.array(T)
-        made[..., :3, :3] = turned @ home
-        return made
-
     def solve(self, target: Array, near: Array) -> AllSolutions:
         """All solutions of a pose (4, 4); see `Robot.all_solutions`.
 
@@ -207,30 +176,13 @@ class BranchSolver:
         )
 
     def with_turns(self, found: AllSolutions, values: Array) -> AllSolutions:
-        """The solutions with every full turn of joints that stays within finite limits.
-
-        Args:
-            found: Solutions.
-            values: Their joint values, (s, n).
+        """Solutions, whose joint values are (s, n), with every full turn of joints that stays within finite limits.
 
         Raises:
-            InputError: There are more than MOST_TURNED.
+            InputError: There are too many.
         """
-        turning = self.turning
-        made: list[Array] = []
-        kept: list[bool] = []
-        for q, singular in zip(values, found.singular):
-            low = np.where(turning, np.ceil((self.lower - AT_LIMIT - q) / (2 * np.pi)), 0)
-            high = np.where(turning, np.floor((self.upper + AT_LIMIT - q) / (2 * np.pi)), 0)
-            count = math.prod(int(each) for each in high - low + 1)
-            if len(made) + count > MOST_TURNED:
-                raise InputError(f"with turns there are more than {MOST_TURNED} solutions; give narrower limits")
-            turns = np.array(list(itertools.product(*(np.arange(a, b + 1) for a, b in zip(low, high)))))
-            order = np.argsort(np.abs(turns).sum(axis=1), kind="stable")
-            made += list(q + 2 * np.pi * turns[order])
-            kept += [bool(singular)] * count
-        every = np.array(made).reshape(-1, values.shape[-1])
-        return replace(found, q=self.to_q(np.clip(every, self.lower, self.upper)), singular=np.array(kept, dtype=bool))
+        every, source = with_turns(values, self.lower, self.upper, self.turning)
+        return replace(found, q=self.to_q(every), singular=found.singular[source])
 
     @cached_property
     def turning(self) -> NDArray[np.bool_]:
@@ -282,8 +234,9 @@ class BranchSolver:
         count, n = len(targets), self.chain.n
         values, found = np.zeros((count, lay.SOLUTIONS, n)), np.zeros((count, lay.SOLUTIONS, lay.ROW))
         numbers = np.zeros((count, lay.NUMBERS))
-        poses, close = np.ascontiguousarray(self.targets(targets)), np.ascontiguousarray(near)
-        branches.compiled(self.plans, self._packed, poses, close, values, found, numbers)
+        assert self.arm is not None
+        poses = np.ascontiguousarray(self.free.reachable(targets, self.arm.home))
+        branches.compiled(self.plans, self._packed, poses, np.ascontiguousarray(near), values, found, numbers)
         return values, found, numbers
 
     def _by_elimination(self, target: Array, near: Array) -> AllSolutions:
@@ -361,12 +314,12 @@ class BranchSolver:
         """The loop of the arm's joints and those that float."""
         arm = self.arm
         assert arm is not None
-        (g,) = arm.motors(self.targets(target)[None])
-        axes = floating_axes(arm, self.rows, g)
-        slides = np.concatenate([arm.slides, [not axis[1:4].any() for axis in axes]]).astype(bool)
+        (g,) = arm.motors(self.free.reachable(target, arm.home)[None])
+        floating = self.free.joints_at(arm.point, g)
+        axes = np.array([*arm.axes, *(axis for axis, _ in floating)])
+        slides = np.array([*arm.slides, *(slides for _, slides in floating)])
         low, high = self.lower[arm.columns] / self.units, self.upper[arm.columns] / self.units
-        rotates = any(row.startswith("w") for row in self.rows)
-        return ClosedLoop(np.array([*arm.axes, *axes]), slides, g, arm.point, rotates, low, high)
+        return ClosedLoop(axes, slides, g, arm.point, len(self.free.spinning) < 3, low, high)
 
     def curve(self, traced: Traced, near: Array) -> SelfMotion:
         """A traced curve in the robot's configurations."""
@@ -374,13 +327,13 @@ class BranchSolver:
         columns = self.arm.columns
         values = np.repeat(near[None], len(traced.values), axis=0)
         values[:, columns] = traced.values[:, : len(columns)] * self.units
-        moving = np.ptp(values[:, columns] / self.units, axis=0) > 1e-6
+        moving = np.ptp(values[:, columns] / self.units, axis=0) > STILL
         q = self.to_q(values)
         J = self.chain.jacobians(q, "local_world_aligned")[..., [ROWS.index(row) for row in self.rows], :]
-        s = np.linalg.svd(J, compute_uv=False)
-        rank = int((s[:, :] > 1e-6 * s[:, :1]).sum(axis=1).max())
+        s = singular_values(J)
+        rank = int((s > SINGULAR * s[:, :1]).sum(axis=1).max())
         names = tuple(self.names[column] for column, moves in zip(columns, moving) if moves)
-        return SelfMotion(q, traced.closed, names, np.asarray(s[:, rank - 1]))
+        return SelfMotion(q, traced.closed, names, s[:, rank - 1])
 
     def _by_self_motions(self, target: Array, near: Array) -> AllSolutions:
         assert self.held is not None
@@ -388,9 +341,7 @@ class BranchSolver:
         loop = self._closed_loop(target)
         traced = self.held.curves(loop)
         curves = tuple(self.curve(one, near) for one in traced)
-        best = []
-        for one in traced:
-            best.append(one.nearest(loop, near[self.arm.columns] / self.units) * self.units)
+        best = [one.nearest(loop, near[self.arm.columns] / self.units) * self.units for one in traced]
         values = np.repeat(near[None], len(best), axis=0)
         if best:
             values[:, self.arm.columns] = best
@@ -405,20 +356,4 @@ def _with_joints(row: Array, values: Array) -> Array:
     """The row with other joint values, within limits."""
     made = row.copy()
     made[: len(values)], made[lay.INSIDE] = values, 1.0
-    return made
-
-
-def floating_axes(arm: ScrewAxes, rows: Sequence[str], g: Array) -> list[Array]:
-    """Axes of the rows that are free, through the tool's point, turned back by g; none for three free rotations."""
-    free = [row for row in ROWS if row not in rows]
-    spinning = [row for row in free if row.startswith("w")]
-    back = ONE * 0
-    back[:4] = g[:4] * np.array([1, -1, -1, -1])
-    made = []
-    for row in free:
-        direction = moved(back, line(np.eye(3)[ROWS.index(row) % 3], np.zeros(3)))[1:4]
-        if not row.startswith("w"):
-            made.append(np.concatenate([np.zeros(5), direction]))
-        elif len(spinning) == 1:
-            made.append(line(direction, arm.point))
     return made

@@ -48,6 +48,25 @@ MOST_SEARCHED = 16
 
 
 @dataclass(frozen=True, eq=False)
+class ManyStarts:
+    """A search for solutions of poses from many starts, in joint values.
+
+    Attributes:
+        solver: The solver of poses.
+        joints: Which joints there are.
+    """
+
+    solver: PoseSolver
+    joints: JointMap
+
+    def __call__(self, target: Array, near: Array) -> Array:
+        """Joint values (s, n) of the solutions that were found of a pose (4, 4), beginning near joint values (n,)."""
+        start = self.joints.configuration(near)
+        found = self.solver.solve(target, start, solutions=MOST_SEARCHED, effort="thorough")
+        return self.joints.values(found.solutions if found.solved else found.solutions[:0])
+
+
+@dataclass(frozen=True, eq=False)
 class Robot(RobotKinematics):
     """An arm or a tree, on a base that may move, whose kinematics are functions of q.
 
@@ -263,14 +282,9 @@ class Robot(RobotKinematics):
         pose_solver = self.pose_solver(frame, names)
         solver = self._branch_solvers.get((frame, names))
         if solver is None:
-
-            def search(target: Array, near: Array) -> Array:
-                found = pose_solver.solve(target, self.configuration(near), solutions=MOST_SEARCHED, effort="thorough")
-                return self.joint_values(found.solutions if found.solved else found.solutions[:0])
-
-            solver = BranchSolver(
-                self.chain(frame), self.lower, self.upper, names, self.joint_names, self._joints.configuration, search
-            )
+            joints, chain = self._joints, self.chain(frame)
+            search = ManyStarts(pose_solver, joints)
+            solver = BranchSolver(chain, self.lower, self.upper, names, self.joint_names, joints.configuration, search)
             self._branch_solvers[frame, names] = solver
         return solver
 

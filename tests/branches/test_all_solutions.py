@@ -1,5 +1,6 @@
 """All solutions of a pose: none is missed, none is twice, and what is said of their number is true."""
 
+import pickle
 from dataclasses import fields
 from functools import cache
 
@@ -375,3 +376,24 @@ def test_other_arguments_are_checked():
         robot.all_solutions(T, frame="nowhere")
     with pytest.raises(rik.InputError, match="rows"):
         robot.all_solutions(T, rows=("x", "q"))
+
+
+def test_a_pose_that_is_far_away_leaves_the_others_of_a_batch_as_they_are(rng):
+    robot = arm("ur5")
+    T = robot.pose(robot.random(rng, 3))
+    alone = robot.all_solutions_many(T)
+    T = np.concatenate([T[:1], T[:1], T[1:]])
+    T[1, :3, 3] = 9e8  # beyond what kernels take for this arm, within what is checked
+    found = robot.all_solutions_many(T * np.ones((4, 1, 1)))
+    assert found.found.tolist() == [alone.found[0], 0, *alone.found[1:]]
+    assert len(robot.all_solutions(T[1])) == 0
+
+
+def test_a_solver_can_be_sent_to_another_process(rng):
+    robot = rik.load("ur5")
+    T = robot.pose(robot.random(rng))
+    solver = robot.branch_solver()
+    one = solver.solve(T, robot.rest)
+    other = pickle.loads(pickle.dumps(solver)).solve(T, robot.rest)
+    assert_allclose(other.q, one.q, atol=1e-12)
+    assert other.status is one.status

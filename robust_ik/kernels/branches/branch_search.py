@@ -9,7 +9,6 @@ from robust_ik.kernels.branches import branches_layout as lay
 from robust_ik.kernels.branches.branches_layout import GROUP, JOINTS, MOTOR
 from robust_ik.kernels.branches.circle_roots import MOST_DEGREE, circle_roots
 from robust_ik.kernels.branches.group_closing import SINGULAR, moved_pose
-from robust_ik.kernels.branches.joint_limits import within
 from robust_ik.kernels.branches.loop_equations import (
     SQUARE,
     eliminant,
@@ -23,6 +22,7 @@ from robust_ik.kernels.branches.loop_equations import (
 from robust_ik.kernels.branches.loop_state import SIX
 from robust_ik.kernels.branches.motors import carried, conjugate, motor_between
 from robust_ik.kernels.branches.three_variables import MOST_ROOTS, NEAR_CIRCLE, solve_slides, solve_three
+from robust_ik.kernels.branches.within_limits import within
 from robust_ik.kernels.compiler.compiling import called, filled, given, inlined, kernel
 from robust_ik.kernels.compiler.stack_memory import ONE, W8, Pointer, further, pointer, sizes, stack
 
@@ -197,7 +197,7 @@ def read_out(plan: Pointer, arm: Pointer, near: Pointer, found: Pointer, count: 
 def branches(
     plans: Array, arm: Array, targets: Array, near: Array, values: Array, found: Array, numbers: Array
 ) -> bool:  # fmt: skip
-    """Solutions of poses (N, 4, 4) after plans (k, SIZE), tried in turn; False if a pose is none. Shapes are unchecked.
+    """Solutions of poses (N, 4, 4) after plans (k, SIZE), tried in turn. Shapes are unchecked.
 
     Args:
         plans: Plans of one arm, the best one first.
@@ -207,9 +207,12 @@ def branches(
         values: Filled, (N, SOLUTIONS, n): joint values, rad and m.
         found: Filled, (N, SOLUTIONS, ROW): the loop's, in its units.
         numbers: Filled, (N, NUMBERS).
+
+    Returns:
+        Whether all are rigid poses that are not too far away; of others no solutions are given, with doubt.
     """
     all_plans, packed, n = pointer(plans), pointer(arm), near.shape[1]
-    g, close = stack(0.0, ONE, W8), stack(0.0, ONE, SIX)
+    g, close, rigid = stack(0.0, ONE, W8), stack(0.0, ONE, SIX), True
     for i in range(targets.shape[0]):
         start = further(pointer(near), 0 if near.shape[0] == 1 else n * i)
         for k in range(JOINTS):
@@ -221,8 +224,10 @@ def branches(
         T = further(pointer(targets), 16 * i)
         rotation, point = further(packed, lay.HOME_ROTATION), further(packed, lay.HOME_POINT)
         if not motor_between(T, rotation, point, packed[lay.SCALE], g):
-            return False
+            row[lay.COUNT], row[lay.ALLOWED], row[lay.VERDICT] = 0.0, 0.0, lay.DOUBTFUL
+            rigid = False
+            continue
         count = search(all_plans, plans.shape[0], g, to, row)
         within(all_plans, close, to, count, row)
         read_out(all_plans, packed, start, to, int(row[lay.COUNT]), further(pointer(values), lay.SOLUTIONS * n * i))
-    return True
+    return rigid

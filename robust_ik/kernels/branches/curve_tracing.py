@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 
 from robust_ik.checks import Array
-from robust_ik.kernels.branches.loop_state import SIX, loop_state
-from robust_ik.kernels.compiler.compiling import FLOAT, WHOLE, called, filled, given, inlined, kernel
+from robust_ik.kernels.branches.loop_state import SIX, change, loop_state
+from robust_ik.kernels.compiler.compiling import FLOAT, WHOLE, called, filled, given, kernel
 from robust_ik.kernels.compiler.stack_memory import ONE, W16, Pointer, pointer, stack
 
 CORRECTIONS = 8
@@ -87,12 +87,6 @@ def tangent(J: Pointer, k: int, rank: int, columns: Pointer, to: Pointer) -> Non
         to[j] /= size
 
 
-@inlined
-def turned_by(d: float, slides: float) -> float:
-    """A difference of joint values, turns modulo 2π."""
-    return d if slides > 0.0 else d - 2.0 * math.pi * math.floor(d / (2.0 * math.pi) + 0.5)
-
-
 @called
 def follow(
     axes: Pointer, slides: Pointer, k: int, g: Pointer, p: Pointer, rows: int, rank: int, own: int, limits: Pointer,
@@ -157,7 +151,7 @@ def follow(
         if count > 2:
             back, ahead = 0.0, 0.0
             for j in range(k):
-                d = turned_by(start[j] - at[j], slides[j])
+                d = change(start[j] - at[j], slides[j])
                 back += d * d
                 ahead += d * along[j]
             if math.sqrt(back) < 1.2 * length and ahead > 0.0:

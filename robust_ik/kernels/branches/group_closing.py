@@ -7,7 +7,7 @@ import math
 from robust_ik.kernels.branches import branches_layout as lay
 from robust_ik.kernels.branches.branches_layout import GROUP, JOINTS, MOTOR
 from robust_ik.kernels.branches.loop_equations import motor_at
-from robust_ik.kernels.branches.loop_state import SIX, loop_state
+from robust_ik.kernels.branches.loop_state import SIX, change, loop_state
 from robust_ik.kernels.branches.motors import multiply
 from robust_ik.kernels.branches.pencils import FOUR, factors, quadratic_form_roots, twisted
 from robust_ik.kernels.branches.settling import newton_step, settle
@@ -45,10 +45,7 @@ def distance(a: Pointer, b: Pointer, slides: Pointer) -> float:
     """The largest difference of two solutions, turns modulo 2π."""
     largest = 0.0
     for k in range(JOINTS):
-        d = a[k] - b[k]
-        if not slides[k] > 0.0:
-            d -= 2.0 * math.pi * math.floor(d / (2.0 * math.pi) + 0.5)
-        largest = max(largest, abs(d))
+        largest = max(largest, abs(change(a[k] - b[k], slides[k])))
     return largest
 
 
@@ -103,10 +100,7 @@ def add(
             # Two ends of a double root: halfway, put right in the directions that are not weak, is a solution, too, as
             # far as doubles can tell.
             for k in range(JOINTS):
-                d = q[k] - other[k]
-                if not slides[k] > 0.0:
-                    d -= 2.0 * math.pi * math.floor(d / (2.0 * math.pi) + 0.5)
-                middle[k] = other[k] + 0.5 * d
+                middle[k] = other[k] + 0.5 * change(q[k] - other[k], slides[k])
             weak = FAR_BELOW * max(weakest, other[lay.SIGMA], LEAST_PIVOT)
             for _ in range(2):
                 loop_state(axes, slides, JOINTS, middle, g, g, 6, J, twist)

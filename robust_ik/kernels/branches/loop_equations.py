@@ -21,6 +21,7 @@ from robust_ik.kernels.branches.motors import multiply
 from robust_ik.kernels.branches.pencils import FOUR, determinant
 from robust_ik.kernels.compiler.compiling import called
 from robust_ik.kernels.compiler.stack_memory import ONE, W8, Pointer, further, sizes, stack
+from robust_ik.kernels.matrices.small_products import dot
 
 ORDER = sizes(JOINTS)
 SQUARE, THIRTY_SIX = sizes(64), sizes(36)
@@ -70,10 +71,7 @@ def equations(N: Pointer, motors: Pointer, many: int, to: Pointer) -> None:
     """Fills in N times each of `many` motors, (4, many)."""
     for r in range(GROUP):
         for t in range(many):
-            total = 0.0
-            for i in range(MOTOR):
-                total += N[MOTOR * r + i] * motors[MOTOR * t + i]
-            to[many * r + t] = total
+            to[many * r + t] = dot(further(N, MOTOR * r), further(motors, MOTOR * t), MOTOR)
 
 
 @called

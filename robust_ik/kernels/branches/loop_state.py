@@ -9,11 +9,18 @@ import math
 
 from robust_ik.kernels.branches.branches_layout import MOTOR
 from robust_ik.kernels.branches.motors import carried, conjugate, joint_motor, multiply
+from robust_ik.kernels.chain.full_turns import unwound
 from robust_ik.kernels.chain.sine_cosine import cosine_and_sine
-from robust_ik.kernels.compiler.compiling import called
+from robust_ik.kernels.compiler.compiling import called, inlined
 from robust_ik.kernels.compiler.stack_memory import ONE, W8, Pointer, further, sizes, stack
 
 SIX = sizes(6)
+
+
+@inlined
+def change(difference: float, slides: float) -> float:
+    """A difference of joint values, turns modulo 2π."""
+    return difference if slides > 0.0 else unwound(difference)
 
 
 @called

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 from robust_ik.kernels.branches.branches_layout import JOINTS
-from robust_ik.kernels.branches.loop_state import SIX, loop_state
+from robust_ik.kernels.branches.loop_state import SIX, change, loop_state
 from robust_ik.kernels.compiler.compiling import called
 from robust_ik.kernels.compiler.stack_memory import ONE, Pointer, stack
 
@@ -102,5 +102,5 @@ def settle(axes: Pointer, slides: Pointer, g: Pointer, q: Pointer) -> tuple[bool
         for k in range(JOINTS):
             q[k] += factor * step[k]
     for k in range(JOINTS):
-        q[k] = best[k] if slides[k] > 0.0 else best[k] - 2.0 * math.pi * math.floor(best[k] / (2.0 * math.pi) + 0.5)
+        q[k] = change(best[k], slides[k])
     return least <= CLOSE, weakest, least, steps

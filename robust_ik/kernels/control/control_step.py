@@ -8,12 +8,12 @@ from robust_ik.kernels.compiler.compiling import called
 from robust_ik.kernels.compiler.stack_memory import Pointer, Sizes, further
 from robust_ik.kernels.control import control_layout as slots
 from robust_ik.kernels.control.calming import calm
-from robust_ik.kernels.control.climbing_rows import climbing_rows
-from robust_ik.kernels.control.frame_motion import check_configuration, map_of, move_frames
-from robust_ik.kernels.control.joint_rows import joint_bounds, joint_rows
 from robust_ik.kernels.control.level_freedom import record_of
-from robust_ik.kernels.control.pose_rows import direction_rows, pose_rows, twist_rows
 from robust_ik.kernels.control.resolve_levels import resolve
+from robust_ik.kernels.control.rows.climbing_rows import climbing_rows
+from robust_ik.kernels.control.rows.frame_motion import check_configuration, map_of, move_frames
+from robust_ik.kernels.control.rows.joint_rows import joint_bounds, joint_rows
+from robust_ik.kernels.control.rows.pose_rows import direction_rows, pose_rows, twist_rows
 from robust_ik.kernels.control.weighted_levels import weigh_levels
 
 

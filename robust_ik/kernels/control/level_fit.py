@@ -12,7 +12,8 @@ from robust_ik.kernels.compiler.simd_lanes import Number, where
 from robust_ik.kernels.compiler.stack_memory import ONE, Pointer, further, sizes, stack
 from robust_ik.kernels.control import control_layout as slots
 from robust_ik.kernels.control.level_freedom import MATRIX, VECTOR, found_of, length_of, record_of
-from robust_ik.kernels.within_bounds.polyhedron_projection import dot, nearest_inside
+from robust_ik.kernels.matrices.small_products import dot
+from robust_ik.kernels.within_bounds.polyhedron_projection import nearest_inside
 
 PRICE = 1e-3
 """As `motion_cost.PRICE`."""

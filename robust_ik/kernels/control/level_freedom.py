@@ -26,9 +26,9 @@ from robust_ik.kernels.compiler.stack_memory import (
 )
 from robust_ik.kernels.control import control_layout as slots
 from robust_ik.kernels.control.calming import asked_share
+from robust_ik.kernels.matrices.small_products import dot, multiply
 from robust_ik.kernels.matrices.small_svd import decompose_some
 from robust_ik.kernels.matrices.svd_side_by_side import decompose_eight, from_lane, into_lane
-from robust_ik.kernels.within_bounds.polyhedron_projection import dot
 
 RANK_TOLERANCE = 1e-12
 """As `kinematics.svd.RANK_TOLERANCE`."""
@@ -172,12 +172,7 @@ def reduce_in(
         for i in range(d):
             left[r * d + i] = dot(further(J, r * n), further(basis, i * n), n)
     decompose(left, U, s, turned, m, d, d, width)
-    for i in range(d):
-        for c in range(n):
-            total = 0.0
-            for k in range(d):
-                total += turned[i * d + k] * basis[k * n + c]
-            Vt[i * n + c] = total
+    multiply(turned, d, d, basis, n, Vt)
 
 
 @called

@@ -12,9 +12,9 @@ from robust_ik.kernels.compiler.simd_lanes import LANES
 from robust_ik.kernels.compiler.stack_memory import ONE, Pointer, Sizes, further, stack
 from robust_ik.kernels.control import control_layout as slots
 from robust_ik.kernels.control.calming import asked_share
-from robust_ik.kernels.control.jacobian_gradients import measure_gradient
 from robust_ik.kernels.control.level_freedom import MATRIX, VECTOR, fill_gains, filtered, found_of, project, record_of
-from robust_ik.kernels.within_bounds.polyhedron_projection import dot
+from robust_ik.kernels.control.rows.jacobian_gradients import measure_gradient
+from robust_ik.kernels.matrices.small_products import dot
 
 SMALL = 1e-12
 """As `task_reconstruction.SMALL`."""

@@ -20,8 +20,8 @@ from robust_ik.kernels.control.level_freedom import (
 )
 from robust_ik.kernels.control.reconstructed_motion import reconstructed
 from robust_ik.kernels.control.second_order_motion import curved_motion, is_finite
+from robust_ik.kernels.matrices.small_products import dot
 from robust_ik.kernels.within_bounds.feasible_start import clip, feasible_start
-from robust_ik.kernels.within_bounds.polyhedron_projection import dot
 
 
 @called

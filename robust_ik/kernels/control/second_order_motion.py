@@ -11,7 +11,6 @@ from robust_ik.kernels.compiler.compiling import called
 from robust_ik.kernels.compiler.simd_lanes import LANES
 from robust_ik.kernels.compiler.stack_memory import ONE, W8, W16, Pointer, Sizes, further, stack
 from robust_ik.kernels.control import control_layout as slots
-from robust_ik.kernels.control.jacobian_gradients import add_curvature, projected
 from robust_ik.kernels.control.level_freedom import (
     BESIDE,
     LARGEST,
@@ -23,6 +22,7 @@ from robust_ik.kernels.control.level_freedom import (
     project,
     record_of,
 )
+from robust_ik.kernels.control.rows.jacobian_gradients import add_curvature, projected
 from robust_ik.kernels.matrices.small_svd import decompose_some
 from robust_ik.kernels.second_order import second_order_layout as lay
 from robust_ik.kernels.second_order.second_order_entries import SHEET_8, SHEET_16, SQUARE_8, SQUARE_16

@@ -22,8 +22,9 @@ from robust_ik.kernels.control.level_freedom import (
 )
 from robust_ik.kernels.control.resolve_levels import missing_of, rest, start_inside
 from robust_ik.kernels.control.second_order_motion import is_finite, moved
+from robust_ik.kernels.matrices.small_products import dot
 from robust_ik.kernels.within_bounds.feasible_start import clip
-from robust_ik.kernels.within_bounds.polyhedron_projection import dot, nearest_inside
+from robust_ik.kernels.within_bounds.polyhedron_projection import nearest_inside
 
 REGULARISATION = 1e-9
 """As `bounded_qp.REGULARISATION`."""

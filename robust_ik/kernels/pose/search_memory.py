@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 
+from robust_ik.kernels.chain.full_turns import WHOLE, unwound
 from robust_ik.kernels.compiler.compiling import called
 from robust_ik.kernels.compiler.stack_memory import ONE, Pointer, further, sizes, stack
 from robust_ik.kernels.pose import pose_layout as lay
 from robust_ik.kernels.pose.boundary_solutions import press, pressable
 from robust_ik.kernels.pose.newton_polish import TWELVE, polish, reached
-from robust_ik.kernels.pose.random_values import random_values
-from robust_ik.kernels.pose.solution_ranking import WHOLE, apart, is_new, read_configuration, unwind
-from robust_ik.kernels.pose.start_table import bring, nearest, rate
+from robust_ik.kernels.pose.solution_ranking import apart, is_new, read_configuration, unwind
+from robust_ik.kernels.pose.starts.random_values import random_values
+from robust_ik.kernels.pose.starts.start_table import bring, nearest, rate
 from robust_ik.kernels.pose.target_checks import unreachable
 
 TARGET, START, STEP, TOTAL, SOLUTIONS, RATED, KEPT, BEST, HISTORY = 0, 1, 2, 3, 4, 5, 6, 7, 8
@@ -49,7 +50,7 @@ def begin(problem: Pointer, options: Pointer, memory: Pointer, q0: Pointer, valu
         at = lay.HEAD + j * lay.STRIDE
         low, high, value = problem[at + lay.LOWER], problem[at + lay.UPPER], own[j]
         if problem[at + lay.PERIODIC] > 0.0 and high - low == math.inf and abs(value) > WHOLE:
-            value -= WHOLE * math.floor(value / WHOLE + 0.5)
+            value = unwound(value)
         values[j] = min(max(value, low), high)
     if options[lay.PREFER] == lay.ANY:
         memory[START] = 1.0

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import math
 
+from robust_ik.kernels.chain.full_turns import unwound
 from robust_ik.kernels.compiler.compiling import called, inlined
 from robust_ik.kernels.compiler.stack_memory import NONE, ONE, W8, W16, Pointer, further, sizes, stack
 from robust_ik.kernels.matrices.jacobi_rotations import ALL, orthogonalise
 from robust_ik.kernels.pose import pose_layout as lay
 from robust_ik.kernels.pose.damped_step import columns
 from robust_ik.kernels.pose.newton_polish import ROOM, SIX, TWELVE, look
-from robust_ik.kernels.pose.random_values import within
+from robust_ik.kernels.pose.starts.random_values import within
 
-WHOLE = 2.0 * math.pi
-"""A full turn, rad."""
 MOST_FOUND = sizes(lay.MOST_FOUND)
 
 
@@ -24,7 +23,7 @@ def apart(problem: Pointer, a: Pointer, b: Pointer) -> float:
     for j in range(int(problem[lay.COUNT])):
         d = a[j] - b[j]
         if problem[lay.HEAD + j * lay.STRIDE + lay.PERIODIC] > 0.0:
-            d -= WHOLE * math.floor(d / WHOLE + 0.5)
+            d = unwound(d)
         largest = max(largest, abs(d))
     return largest
 

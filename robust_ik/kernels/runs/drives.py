@@ -7,9 +7,9 @@ import math
 from robust_ik.kernels.compiler.compiling import called
 from robust_ik.kernels.compiler.stack_memory import ONE, Pointer, stack
 from robust_ik.kernels.control import control_layout as slots
-from robust_ik.kernels.control.frame_motion import map_of, value_of
 from robust_ik.kernels.control.level_freedom import VECTOR
-from robust_ik.kernels.pose.random_values import random
+from robust_ik.kernels.control.rows.frame_motion import map_of, value_of
+from robust_ik.kernels.pose.starts.random_values import random
 
 
 @called

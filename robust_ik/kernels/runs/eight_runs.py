@@ -19,8 +19,8 @@ from robust_ik.kernels.compiler.stack_memory import (
 )
 from robust_ik.kernels.control import control_layout as slots
 from robust_ik.kernels.control.control_step import finish, pose_problem
-from robust_ik.kernels.control.frame_motion import map_of
 from robust_ik.kernels.control.level_freedom import record_of
+from robust_ik.kernels.control.rows.frame_motion import map_of
 from robust_ik.kernels.matrices.svd_side_by_side import into_lane
 from robust_ik.kernels.runs.drives import drive, measure
 from robust_ik.kernels.runs.eight_levels import put, resolve_eight, take

@@ -8,8 +8,8 @@ from robust_ik.kernels.compiler.simd_lanes import COUNT
 from robust_ik.kernels.compiler.stack_memory import Pointer, Sizes, further, pointer
 from robust_ik.kernels.control import control_layout as slots
 from robust_ik.kernels.control.control_step import control_step
-from robust_ik.kernels.control.frame_motion import map_of
 from robust_ik.kernels.control.level_freedom import record_of
+from robust_ik.kernels.control.rows.frame_motion import map_of
 from robust_ik.kernels.runs.drives import drive, measure
 from robust_ik.kernels.runs.eight_runs import eight_runs
 

@@ -10,9 +10,10 @@ import math
 from robust_ik.kernels.compiler.compiling import called, inlined
 from robust_ik.kernels.compiler.stack_memory import ONE, Pointer, Sizes, further, stack
 from robust_ik.kernels.matrices.definite_systems import factor_definite, solve_factored
+from robust_ik.kernels.matrices.small_products import dot
 from robust_ik.kernels.matrices.symmetric_eigenvectors import diagonalise
 from robust_ik.kernels.second_order import second_order_layout as lay
-from robust_ik.kernels.second_order.weak_rows import largest_of, matrix_of, norm, product, vector_of
+from robust_ik.kernels.second_order.weak_rows import largest_of, matrix_of, norm, vector_of
 
 
 @called
@@ -106,7 +107,7 @@ def cost(sheet: Pointer, z: Pointer, rest: Pointer, width: Sizes) -> float:
     mu, total = vector_of(sheet, lay.MU, width), 0.0
     for a in range(int(sheet[lay.FREE])):
         total += z[a] * (mu[a] * z[a])
-    return 0.5 * product(rest, rest, int(sheet[lay.WEAK])) + 0.5 * total
+    return 0.5 * dot(rest, rest, int(sheet[lay.WEAK])) + 0.5 * total
 
 
 @called
@@ -231,7 +232,7 @@ def fall(
         for a in range(p):
             step[a] = 0.0
         for i in range(p):
-            share = product(further(vectors, i * p), gradient, p) / (max(abs(values[i]), least) + damping)
+            share = dot(further(vectors, i * p), gradient, p) / (max(abs(values[i]), least) + damping)
             for a in range(p):
                 step[a] += share * vectors[i * p + a]
         lower = tried(sheet, z, step, bent, rest, before, width)

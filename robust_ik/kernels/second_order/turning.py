@@ -6,11 +6,12 @@ import math
 
 from robust_ik.kernels.compiler.compiling import called, inlined
 from robust_ik.kernels.compiler.stack_memory import ONE, Pointer, Sizes, further, stack
+from robust_ik.kernels.matrices.small_products import dot, multiply_transposed
 from robust_ik.kernels.matrices.symmetric_eigenvectors import diagonalise
 from robust_ik.kernels.second_order import second_order_layout as lay
 from robust_ik.kernels.second_order.quartic import bend_along, served_by
 from robust_ik.kernels.second_order.weak_motion import chosen_side, joint_motion
-from robust_ik.kernels.second_order.weak_rows import largest_of, matrix_of, motion_of, norm, product, vector_of
+from robust_ik.kernels.second_order.weak_rows import largest_of, matrix_of, motion_of, norm, vector_of
 
 
 @inlined
@@ -45,7 +46,7 @@ def note(memory: Pointer, x: Pointer, m: int, n: int, share: float, curvature: f
     """Moves the memory on by a step; see `turning.Turn.after`."""
     asked, size = further(memory, lay.LAST + 2 * n), norm(x, m)
     if size > 0.0:
-        if memory[lay.HAS_ASKED] > 0.0 and not product(x, asked, m) / size > lay.OTHER:
+        if memory[lay.HAS_ASKED] > 0.0 and not dot(x, asked, m) / size > lay.OTHER:
             forget(memory)
         if memory[lay.HAS_ASKED] == 0.0:
             memory[lay.HAS_ASKED] = 1.0
@@ -79,12 +80,7 @@ def fastest_turn(sheet: Pointer, way: Pointer, width: Sizes) -> float:
     """Fills in the kernel motion, (p,), of length 1, that turns the lost command fastest; returns how fast, 1/rad."""
     r, p, T = int(sheet[lay.KEPT]), int(sheet[lay.FREE]), matrix_of(sheet, lay.TURNING, width)
     square, values, vectors = stack(0.0, width, width), stack(0.0, ONE, width), stack(0.0, width, width)
-    for a in range(p):
-        for b in range(p):
-            total = 0.0
-            for i in range(r):
-                total += T[i * p + a] * T[i * p + b]
-            square[a * p + b] = total
+    multiply_transposed(T, r, p, T, p, square)
     diagonalise(square, p, values, vectors)
     highest = 0
     for a in range(1, p):
@@ -120,7 +116,7 @@ def add_turn(memory: Pointer, sheet: Pointer, n: int, parameters: Pointer, z: Po
         first = progress(sheet, matrix_of(sheet, lay.CROSS, width), direction, width) / sheet[lay.ASKED]
         side = chosen_side(0.0, first * speed, motion, n, speed)
     else:
-        side = -1.0 if product(way, motion, n) < 0.0 else 1.0
+        side = -1.0 if dot(way, motion, n) < 0.0 else 1.0
     now = gain(memory)
     memory[lay.HAS_WAY] = 1.0
     memory[lay.TURNED] += max(abs(now), lay.SLOWEST) * share * speed * parameters[lay.DT]
@@ -128,14 +124,14 @@ def add_turn(memory: Pointer, sheet: Pointer, n: int, parameters: Pointer, z: Po
     for c in range(n):
         way[c] = side * motion[c]
     for a in range(p):
-        direction[a] = towards * product(motion_of(sheet, a, n, width), way, n)
+        direction[a] = towards * dot(motion_of(sheet, a, n, width), way, n)
     size = share * abs(now) * speed / largest_of(way, n)
     command = vector_of(sheet, lay.COMMAND, width)
     wrong = -progress(sheet, matrix_of(sheet, lay.SLOPE, width), direction, width)
     wrong /= max(norm(command, k), lay.TINY)
     if wrong > 0.0:
         size = min(size, lay.AGAINST * sheet[lay.ASKED] / wrong)
-    more = max(0.0, size - max(0.0, product(direction, z, p)))
+    more = max(0.0, size - max(0.0, dot(direction, z, p)))
     for a in range(p):
         z[a] += more * direction[a]
 
@@ -145,5 +141,5 @@ def progress(sheet: Pointer, A: Pointer, z: Pointer, width: Sizes) -> float:
     """The progress c · A z along the command, for A of shape (k, p)."""
     p, total = int(sheet[lay.FREE]), 0.0
     for i in range(int(sheet[lay.WEAK])):
-        total += vector_of(sheet, lay.COMMAND, width)[i] * product(further(A, i * p), z, p)
+        total += vector_of(sheet, lay.COMMAND, width)[i] * dot(further(A, i * p), z, p)
     return total

@@ -6,6 +6,7 @@ import math
 
 from robust_ik.kernels.compiler.compiling import called
 from robust_ik.kernels.compiler.stack_memory import ONE, Pointer, Sizes, further, sizes, stack
+from robust_ik.kernels.matrices.small_products import dot
 from robust_ik.kernels.matrices.symmetric_eigenvectors import diagonalise
 from robust_ik.kernels.second_order import second_order_layout as lay
 from robust_ik.kernels.second_order.quartic import damped_start, descend, second_derivative
@@ -14,7 +15,6 @@ from robust_ik.kernels.second_order.weak_rows import (
     matrix_of,
     motion_of,
     norm,
-    product,
     upright,
     vector_of,
 )
@@ -69,11 +69,11 @@ def starts_of(sheet: Pointer, size: float, before: Pointer, n: int, speed: float
         lowest = i if values[i] < values[lowest] else lowest
     if values[lowest] < 0.0:
         d = further(vectors, lowest * p)
-        along = product(before, d, p)
+        along = dot(before, d, p)
         far = math.sqrt(2.0 * size / (max(sheet[lay.CURVATURE], lay.STIFF) * sheet[lay.LOOK_AHEAD]))
         far = min(far, lay.FARTHEST * speed)
         joint_motion(sheet, d, n, motion, width)
-        step = far * chosen_side(along, product(starts, d, p), motion, n, speed)
+        step = far * chosen_side(along, dot(starts, d, p), motion, n, speed)
         for _ in range(2 if abs(along) <= lay.MOVING * speed else 1):
             for a in range(p):
                 starts[count * p + a] = step * d[a]
@@ -96,7 +96,7 @@ def weak_motion(sheet: Pointer, last: Pointer, n: int, speed: float, z: Pointer,
         size += (fades[i] * vector_of(sheet, lay.WANTED, width)[i]) ** 2
     size = math.sqrt(size) + lay.TINY
     for a in range(p):
-        before[a] = product(motion_of(sheet, a, n, width), last, n)
+        before[a] = dot(motion_of(sheet, a, n, width), last, n)
     count, least = starts_of(sheet, size, before, n, speed, starts, width), math.inf
     turn = lay.HYSTERESIS * (size / speed) ** 2
     for index in range(count):

@@ -6,6 +6,7 @@ import math
 
 from robust_ik.kernels.compiler.compiling import called, inlined
 from robust_ik.kernels.compiler.stack_memory import ONE, Pointer, Sizes, further, stack
+from robust_ik.kernels.matrices.small_products import dot
 from robust_ik.kernels.matrices.small_svd import decompose_some
 from robust_ik.kernels.second_order import second_order_layout as lay
 
@@ -29,18 +30,9 @@ def motion_of(sheet: Pointer, index: int, n: int, width: Sizes) -> Pointer:
 
 
 @called
-def product(x: Pointer, y: Pointer, size: int) -> float:
-    """The product x · y."""
-    total = 0.0
-    for i in range(size):
-        total += x[i] * y[i]
-    return total
-
-
-@called
 def norm(x: Pointer, size: int) -> float:
     """‖x‖; 0 if the squares vanish."""
-    return math.sqrt(product(x, x, size))
+    return math.sqrt(dot(x, x, size))
 
 
 @called
@@ -175,9 +167,9 @@ def bend_rows(forms: Pointer, n: int, sheet: Pointer, width: Sizes) -> None:
     for i in range(k):
         bent_along(further(forms, i * n * n), n, factor, sheet, along, width)
         for a in range(p):
-            G[i * p + a] = product(kept, further(along, a * n), n) * shorter * reach[a] * fades[i]
+            G[i * p + a] = dot(kept, further(along, a * n), n) * shorter * reach[a] * fades[i]
             for b in range(p):
-                bend = product(further(Z, a * n), further(along, b * n), n)
+                bend = dot(further(Z, a * n), further(along, b * n), n)
                 K[(i * p + a) * p + b] = bend * (reach[a] * reach[b]) * fades[i]
         share = command[i] / length if length > 0.0 else command[i]
         for c in range(p * n):
@@ -186,7 +178,7 @@ def bend_rows(forms: Pointer, n: int, sheet: Pointer, width: Sizes) -> None:
     kept_sigma = vector_of(sheet, lay.KEPT_SIGMA, width)
     for i in range(r):
         for a in range(p):
-            T[i * p + a] = product(further(Vt, i * n), further(lost, a * n), n) / kept_sigma[i]
+            T[i * p + a] = dot(further(Vt, i * n), further(lost, a * n), n) / kept_sigma[i]
 
 
 @called
@@ -198,4 +190,4 @@ def bent_along(form: Pointer, n: int, factor: float, sheet: Pointer, along: Poin
             form[a * n + b], form[b * n + a] = half, half
     for j in range(int(sheet[lay.FREE])):
         for a in range(n):
-            along[j * n + a] = product(further(form, a * n), motion_of(sheet, j, n, width), n)
+            along[j * n + a] = dot(further(form, a * n), motion_of(sheet, j, n, width), n)

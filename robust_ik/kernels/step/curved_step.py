@@ -12,10 +12,11 @@ from robust_ik.kernels.compiler.array_handles import address_of, int64_at, numbe
 from robust_ik.kernels.compiler.compiling import HANDLE, WHOLE, called, inlined, kernel
 from robust_ik.kernels.compiler.stack_memory import ONE, W8, W16, Pointer, Sizes, further, stack
 from robust_ik.kernels.loader.array_layout import WRITEABLE
+from robust_ik.kernels.matrices.small_products import dot
 from robust_ik.kernels.second_order import second_order_layout as lay
 from robust_ik.kernels.second_order.second_order_entries import SHEET_8, SHEET_16, SQUARE_8, SQUARE_16
 from robust_ik.kernels.second_order.second_order_step import first_order, second_order
-from robust_ik.kernels.second_order.weak_rows import left_of, matrix_of, product
+from robust_ik.kernels.second_order.weak_rows import left_of, matrix_of
 from robust_ik.kernels.step import step_layout as slots
 from robust_ik.kernels.step.step import store
 from robust_ik.kernels.step.step_entries import PLAIN, fit, fits, program_of
@@ -92,7 +93,7 @@ def add_free(program: Pointer, sheet: Pointer, n: int, beside: Pointer, out: Poi
         scale_rows(further(program, int(program[slots.JOINTS]) + n * n), n, rest, 1, 0.0)
     for i in range(int(sheet[lay.KEPT] + sheet[lay.WEAK])):
         v = further(matrix_of(sheet, lay.RIGHT, width), i * n)
-        share = product(v, rest, n)
+        share = dot(v, rest, n)
         for c in range(n):
             rest[c] -= share * v[c]
     for c in range(n):

@@ -11,8 +11,9 @@ import math
 from robust_ik.kernels.compiler.compiling import called, inlined
 from robust_ik.kernels.compiler.simd_lanes import Number
 from robust_ik.kernels.compiler.stack_memory import ONE, Pointer, further, sizes, stack
+from robust_ik.kernels.matrices.small_products import dot
 from robust_ik.kernels.within_bounds.bounds_layout import UNKNOWNS
-from robust_ik.kernels.within_bounds.polyhedron_projection import ROOM, dot, nearest_inside
+from robust_ik.kernels.within_bounds.polyhedron_projection import ROOM, nearest_inside
 
 PRICE = 0.1
 """As `feasible_start.PRICE`."""

@@ -9,6 +9,7 @@ import math
 
 from robust_ik.kernels.compiler.compiling import called
 from robust_ik.kernels.compiler.stack_memory import ONE, Pointer, further, sizes, stack
+from robust_ik.kernels.matrices.small_products import dot
 from robust_ik.kernels.within_bounds.bounds_layout import UNKNOWNS
 
 ROOM = sizes(UNKNOWNS)
@@ -23,15 +24,6 @@ VANISHED = 1e-13
 """A step whose free part is shorter than this fraction of it has no free part, but rounding: in any direction."""
 ROUNDS = 3
 """Most changes of the active set, per row and unknown; as in `active_set`."""
-
-
-@called
-def dot(a: Pointer, b: Pointer, size: int) -> float:
-    """Σ aᵢ bᵢ."""
-    total = 0.0
-    for i in range(size):
-        total += a[i] * b[i]
-    return total
 
 
 @called

@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 
+from robust_ik.kernels.chain.full_turns import WHOLE, turned
 from robust_ik.kernels.compiler.compiling import called, inlined
 from robust_ik.kernels.compiler.stack_memory import Pointer
 from robust_ik.kernels.pose import pose_layout as lay
@@ -50,13 +51,8 @@ def within(problem: Pointer, j: int, value: float, near: float) -> float:
     at = lay.HEAD + j * lay.STRIDE
     low, high = problem[at + lay.LOWER], problem[at + lay.UPPER]
     if problem[at + lay.PERIODIC] > 0.0:
-        whole = 2.0 * math.pi
-        near = min(max(near, -FARTHEST, low - whole), FARTHEST, high + whole)
-        value += whole * math.floor((near - value) / whole + 0.5)
-        if value < low:
-            value += whole * math.ceil((low - value) / whole)
-        if value > high:
-            value -= whole * math.ceil((value - high) / whole)
-        if value < low and low - value > value + whole - high:
-            value += whole
+        near = min(max(near, -FARTHEST, low - WHOLE), FARTHEST, high + WHOLE)
+        value = turned(value, near, low, high)
+        if value < low and low - value > value + WHOLE - high:
+            value += WHOLE
     return float(min(max(value, low), high))

@@ -7,6 +7,8 @@ import math
 from robust_ik.kernels.branches import branches_layout as lay
 from robust_ik.kernels.branches.branches_layout import JOINTS
 from robust_ik.kernels.branches.group_closing import SAME
+from robust_ik.kernels.branches.loop_state import change
+from robust_ik.kernels.chain.full_turns import turned
 from robust_ik.kernels.compiler.compiling import called, inlined
 from robust_ik.kernels.compiler.stack_memory import ONE, W16, Pointer, further, sizes, stack
 
@@ -31,10 +33,7 @@ def is_known(plan: Pointer, found: Pointer, kept: int, n: int) -> bool:
     for i in range(kept):
         other, far = further(found, lay.ROW * i), 0.0
         for k in range(int(plan[lay.OWN])):
-            d = one[k] - other[k]
-            if not plan[lay.SLIDES + k] > 0.0:
-                d -= 2.0 * math.pi * math.floor(d / (2.0 * math.pi) + 0.5)
-            far = max(far, abs(d))
+            far = max(far, abs(change(one[k] - other[k], plan[lay.SLIDES + k])))
         if far < SAME:
             return True
     return False
@@ -55,12 +54,7 @@ def within(plan: Pointer, near: Pointer, found: Pointer, count: int, numbers: Po
         for k in range(int(plan[lay.OWN])):
             lower, upper = plan[lay.LOWER + k], plan[lay.UPPER + k]
             if not plan[lay.SLIDES + k] > 0.0:
-                turns = math.floor((near[k] - q[k]) / (2.0 * math.pi) + 0.5)
-                q[k] += 2.0 * math.pi * turns
-                if q[k] > upper + AT_LIMIT:
-                    q[k] -= 2.0 * math.pi * math.ceil((q[k] - upper - AT_LIMIT) / (2.0 * math.pi))
-                if q[k] < lower - AT_LIMIT:
-                    q[k] += 2.0 * math.pi * math.ceil((lower - AT_LIMIT - q[k]) / (2.0 * math.pi))
+                q[k] = turned(q[k], near[k], lower - AT_LIMIT, upper + AT_LIMIT)
             if q[k] > upper + AT_LIMIT or q[k] < lower - AT_LIMIT:
                 inside = 0.0
             else:

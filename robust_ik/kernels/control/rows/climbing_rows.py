@@ -8,9 +8,9 @@ from robust_ik.kernels.chain.chain_kinematics import SIX
 from robust_ik.kernels.compiler.compiling import called
 from robust_ik.kernels.compiler.stack_memory import ONE, Pointer, Sizes, further, stack
 from robust_ik.kernels.control import control_layout as slots
-from robust_ik.kernels.control.frame_motion import END, frame_place, map_of
-from robust_ik.kernels.control.jacobian_gradients import add_gradient
 from robust_ik.kernels.control.level_freedom import MATRIX, RANK_TOLERANCE, VECTOR, decompose
+from robust_ik.kernels.control.rows.frame_motion import END, frame_place, map_of
+from robust_ik.kernels.control.rows.jacobian_gradients import add_gradient
 
 FADE = 0.1
 """As `measure_climbing.FADE`."""

@@ -10,7 +10,7 @@ import math
 from robust_ik.kernels.compiler.compiling import called
 from robust_ik.kernels.compiler.stack_memory import Pointer, further
 from robust_ik.kernels.control import control_layout as slots
-from robust_ik.kernels.control.frame_motion import is_measured, map_of, value_of
+from robust_ik.kernels.control.rows.frame_motion import is_measured, map_of, value_of
 
 
 @called

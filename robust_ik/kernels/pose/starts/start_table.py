@@ -26,8 +26,8 @@ from robust_ik.kernels.compiler.stack_memory import (
     stack,
 )
 from robust_ik.kernels.pose import pose_layout as lay
-from robust_ik.kernels.pose.boundary_starts import onto_boundary
-from robust_ik.kernels.pose.random_values import random_values, within
+from robust_ik.kernels.pose.starts.boundary_starts import onto_boundary
+from robust_ik.kernels.pose.starts.random_values import random_values, within
 from robust_ik.kernels.pose.symmetric_pose import describe
 
 WEIGHT = 3.0

@@ -10,7 +10,7 @@ from robust_ik.kernels.pose import pose_layout as lay
 from robust_ik.kernels.pose.damped_step import step
 from robust_ik.kernels.pose.error_hessian import curvature
 from robust_ik.kernels.pose.newton_polish import ROOM, SIX, TWELVE, look, newton_step, polish
-from robust_ik.kernels.pose.random_values import random, random_values
+from robust_ik.kernels.pose.starts.random_values import random, random_values
 from robust_ik.kernels.pose.symmetric_pose import describe_normal
 
 SHORTEST, LONGEST = 0.05, 0.4

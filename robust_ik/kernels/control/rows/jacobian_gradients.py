@@ -13,11 +13,11 @@ from robust_ik.kernels.chain.wrench_form import add_aligned_form
 from robust_ik.kernels.compiler.compiling import called
 from robust_ik.kernels.compiler.stack_memory import ONE, Pointer, Sizes, further, stack
 from robust_ik.kernels.control import control_layout as slots
-from robust_ik.kernels.control.frame_motion import END, frame_place, map_of
 from robust_ik.kernels.control.level_freedom import MATRIX, VECTOR, record_of
-from robust_ik.kernels.control.pose_rows import NINE, THREE, perpendicular, row_factor, turn
+from robust_ik.kernels.control.rows.frame_motion import END, frame_place, map_of
+from robust_ik.kernels.control.rows.pose_rows import NINE, THREE, perpendicular, row_factor, turn
+from robust_ik.kernels.matrices.small_products import dot, multiply, multiply_transposed
 from robust_ik.kernels.matrices.small_svd import decompose_some
-from robust_ik.kernels.within_bounds.polyhedron_projection import dot
 
 
 @called
@@ -263,23 +263,9 @@ def add_relative_form(program: Pointer, desk: Pointer, frame: int, root: int, wr
 def projected(form: Pointer, basis: Pointer, n: int, d: int) -> None:
     """Replaces a form, (n, n), by N form N, where N projects onto the span of d orthonormal rows of length n."""
     half, small = stack(0.0, ONE, MATRIX), stack(0.0, ONE, MATRIX)
+    multiply(basis, d, n, form, n, half)
     for i in range(d):
-        for k in range(n):
-            total = 0.0
-            for j in range(n):
-                total += basis[i * n + j] * form[j * n + k]
-            half[i * n + k] = total
         for e in range(d):
             small[i * d + e] = dot(further(half, i * n), further(basis, e * n), n)
-    for i in range(d):
-        for k in range(n):
-            total = 0.0
-            for e in range(d):
-                total += small[i * d + e] * basis[e * n + k]
-            half[i * n + k] = total
-    for j in range(n):
-        for k in range(n):
-            total = 0.0
-            for i in range(d):
-                total += basis[i * n + j] * half[i * n + k]
-            form[j * n + k] = total
+    multiply(small, d, d, basis, n, half)
+    multiply_transposed(basis, d, n, half, n, form)

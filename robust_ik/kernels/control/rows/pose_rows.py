@@ -11,7 +11,7 @@ import math
 from robust_ik.kernels.compiler.compiling import called
 from robust_ik.kernels.compiler.stack_memory import ONE, Pointer, further, sizes, stack
 from robust_ik.kernels.control import control_layout as slots
-from robust_ik.kernels.control.frame_motion import END, frame_place, is_measured
+from robust_ik.kernels.control.rows.frame_motion import END, frame_place, is_measured
 
 RIGID = 1e-6
 """As `checks.RIGID_TOLERANCE`."""

@@ -1,0 +1,1 @@
+"""Where compiled searches for a pose begin."""
