@@ -19,16 +19,8 @@ from robust_ik.control.tasks import measure_climbing, singular_value
 from robust_ik.control.within_bounds import acceleration_ramp, active_set, bounded_qp, feasible_start, motion_cost
 from robust_ik.control.within_bounds import level_fit as fit_by_numpy
 from robust_ik.inverses.task_equation import TaskEquation
-from robust_ik.kernels.control import (
-    climbing_rows,
-    frame_motion,
-    level_fit,
-    level_freedom,
-    pose_rows,
-    reconstructed_motion,
-    resolve_levels,
-    weighted_levels,
-)
+from robust_ik.kernels.control import level_fit, level_freedom, reconstructed_motion, resolve_levels, weighted_levels
+from robust_ik.kernels.control.rows import climbing_rows, frame_motion, pose_rows
 from robust_ik.kernels.within_bounds import feasible_start as compiled_start
 from robust_ik.kernels.within_bounds import polyhedron_projection
 from robust_ik.kinematics import svd

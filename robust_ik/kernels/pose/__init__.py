@@ -2,5 +2,5 @@
 
 from robust_ik.kernels.loader.kernel import kernels
 
-(fill_table,) = kernels("robust_ik.kernels.pose.starts.start_table", "fill_table")
+(fill_table,) = kernels("robust_ik.kernels.pose.start_table", "fill_table")
 solve_one, solve_many = kernels("robust_ik.kernels.pose.pose_search", "solve_one", "solve_many")

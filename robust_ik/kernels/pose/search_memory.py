@@ -11,8 +11,8 @@ from robust_ik.kernels.pose import pose_layout as lay
 from robust_ik.kernels.pose.boundary_solutions import press, pressable
 from robust_ik.kernels.pose.newton_polish import TWELVE, polish, reached
 from robust_ik.kernels.pose.solution_ranking import apart, is_new, read_configuration, unwind
+from robust_ik.kernels.pose.start_table import bring, nearest, rate
 from robust_ik.kernels.pose.starts.random_values import random_values
-from robust_ik.kernels.pose.starts.start_table import bring, nearest, rate
 from robust_ik.kernels.pose.target_checks import unreachable
 
 TARGET, START, STEP, TOTAL, SOLUTIONS, RATED, KEPT, BEST, HISTORY = 0, 1, 2, 3, 4, 5, 6, 7, 8

@@ -39,10 +39,7 @@ def spectral_norm(D: Pointer, k: int, p: int, width: Sizes) -> float:
     square = stack(0.0, width, width)
     for i in range(k):
         for j in range(k):
-            total = 0.0
-            for a in range(p):
-                total += D[i * p + a] * D[j * p + a]
-            square[i * k + j] = total
+            square[i * k + j] = dot(further(D, i * p), further(D, j * p), p)
     return math.sqrt(largest_eigenvalue(square, k, width))
 
 
