@@ -40,8 +40,12 @@ class CurvedTask(rik.Task):
         return TaskEquation(robot.jacobian(q, rows=rows), 2 * error, error, H, self.weight, np.array([True, True]))
 
 
-def random_resolver(rng):
-    """One with the second-order inverse at all levels, or at some."""
+def random_resolver(rng, n):
+    """One with the second-order inverse at all levels, or at some.
+
+    SDLS is not among the others: where singular values are the same, as of a projected posture, its velocity depends on
+    which of their vectors are taken.
+    """
     inverse = rik.SecondOrder(float(rng.choice([0.08, 0.3])), *rng.choice([[0.5, 5.0], [2.0, 20.0]]).tolist())
     limiter, steady = LIMITERS[rng.integers(len(LIMITERS))], bool(rng.integers(2))
     return (
@@ -49,7 +53,7 @@ def random_resolver(rng):
         rik.DecoupledPriority(inverse, limiter, steady=steady),
         rik.TaskPriority((inverse, rik.JParse()), limiter),
         rik.TaskPriority((rik.DampedLeastSquares(), inverse), limiter),
-        rik.TaskPriority((inverse, rik.SDLS()), limiter),
+        rik.TaskPriority((inverse, rik.Weighted(rik.JParse(), np.linspace(1, 3, n))), limiter),
         rik.WeightedPriority(inverse, steady=steady),
     )[rng.integers(6)]
 
@@ -113,7 +117,7 @@ def off_by(one, other, robot, q, stack, steps, rng):
 def test_steps_of_runs_are_those_of_numpy(name, monkeypatch):
     robot, rng, off, made = rik.load(name, **ROBOTS[name]), np.random.default_rng(2), [], []
     for draw in range(20):
-        resolver, limits = random_resolver(rng), random_limits(robot, rng)
+        resolver, limits = random_resolver(rng, robot.n), random_limits(robot, rng)
         q, stack = random_start(robot, limits, rng), random_stack(robot, rng)
         if draw % 2 and len(robot.rows) == 6:
             kinds = all_kinds(robot, rng)
