@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robust_ik.branches.closed_loop import ClosedLoop
-from robust_ik.branches.dual_quaternions import pose_of
+from robust_ik.branches.dual_quaternions import ONE, pose_of
 from robust_ik.branches.loop_plans import Loop, choose_plans
 from robust_ik.branches.screw_axes import ScrewAxes
 from robust_ik.branches.self_motion import Traced, trace
@@ -118,12 +118,12 @@ class HeldJoints:
         for held in self.held:
             for value, plans, arm in zip(held.values, held.plans, held.arms):
                 branches.compiled(plans, arm, target, near, joints, found, numbers)
-                floating = int(plans[0, lay.FLOATING]) if loop.rotates else len(loop.axes) - count
+                first = lay.JOINTS - int(plans[0, lay.FLOATING])
                 for row in found[0, : int(numbers[0, lay.ALLOWED])]:
                     own = np.insert(row[: count - 1], held.joint, value)
                     if any(one.holds(loop, own) for one in known):
                         continue
-                    start = np.concatenate([own, row[count - 1 : count - 1 + floating]])
+                    start = np.concatenate([own, row[first : first + len(loop.axes) - count]])
                     traced = trace(loop, start)
                     if isinstance(traced, Traced):
                         known.append(traced)
@@ -137,6 +137,7 @@ def _by_share(arm: ScrewAxes) -> list[int]:
     for _ in range(20):
         values = rng.uniform(-2, 2, len(arm.axes)) * np.where(arm.slides, 0.2, 1.0)
         none = np.zeros(0)
-        loop = ClosedLoop(arm.axes, arm.slides, np.eye(8)[0], arm.point, rotates=True, lower=none, upper=none)
+        every = np.ones(3, dtype=bool)
+        loop = ClosedLoop(arm.axes, arm.slides, ONE, arm.point, rotates=True, wanted=every, lower=none, upper=none)
         share += np.abs(full_svd(loop.state(values)[1]).Vt[-1])
     return [int(i) for i in np.argsort(-share, kind="stable")]

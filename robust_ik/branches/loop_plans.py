@@ -51,12 +51,12 @@ class Loop:
 
     @classmethod
     def of(cls, arm: ScrewAxes, rows: Sequence[str]) -> Loop | None:
-        """The loop of an arm in some rows; None if it has more than six joints, with those that float."""
+        """The loop of an arm in some rows; None if it has more joints than rows."""
+        if len(arm.axes) > len(rows):
+            return None
         free = FreeRows.of(rows)
         floating = free.joints(arm.point)
         locked = 6 - len(arm.axes) - len(floating)
-        if locked < 0:
-            return None
         rng = np.random.default_rng(7)
         stand_ins = []
         for _ in range(locked):
@@ -83,6 +83,10 @@ class Loop:
         """Whether the axes of a pair nearly coincide."""
         s = singular_values(self.span(first))
         return bool(s[2 if self.slides[first : first + 2].all() else 3] < WEAK_SPAN * s[0])
+
+    def slides_turned(self, first: int) -> bool:
+        """Whether a pair are two slides that float: what they span is known at each target."""
+        return bool((self.turned & self.slides)[first : first + 2].all())
 
     def is_triple(self, first: int) -> bool:
         """Whether three neighbours move within what the last two of them span."""
@@ -124,7 +128,7 @@ class Loop:
                 found += [(True, first, place) for place in range(3)]
         for first in (5, 0, 1, 2, 3, 4):
             pair = [first, (first + 1) % 6]
-            if first < 5 and (self.turned[pair].any() or self.is_weak(first)):
+            if first < 5 and (self.is_weak(first) or (self.turned[pair].any() and not self.slides_turned(first))):
                 continue
             others = _others(False, first)
             found += [(False, first, place) for place in (0, 3) if not self.slides[others[place]]]

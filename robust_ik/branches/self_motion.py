@@ -117,8 +117,7 @@ def _follow(loop: ClosedLoop, start: Array, rank: int, sign: float) -> tuple[Arr
 
     out = np.zeros((MOST_POINTS, len(start)))
     count = follow_curve.compiled(
-        np.ascontiguousarray(loop.axes), loop.slides.astype(float), np.ascontiguousarray(loop.g),
-        np.ascontiguousarray(loop.point), 6 if loop.rotates else 3, rank, len(loop.lower),
+        *loop.given, 6 if loop.rotates else 3, rank, len(loop.lower),
         np.ascontiguousarray([loop.lower, loop.upper]), np.ascontiguousarray(start), sign, out,
     )  # fmt: skip
     closed = count < 0

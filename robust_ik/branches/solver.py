@@ -34,6 +34,8 @@ STATUS = {
 }
 SAME = 1e-5
 """Solutions of a search that differ by less from one that is known are that one, rad and units of length."""
+REACHED = 1e-11
+"""Largest entry of the error of what a search finds and Newton's method has put right, rad and units of length."""
 STILL = 1e-6
 """Joints that move by less along a curve stand still, rad and units of length."""
 HELD = 2
@@ -70,7 +72,7 @@ class BranchSolver:
     def arm(self) -> ScrewAxes | None:
         """The arm's joints; None if the loop has no form of its own, e.g. where a joint follows another one."""
         arm = ScrewAxes.of(self.chain)
-        return None if arm is None or not self.free.suits(arm) else arm
+        return None if arm is None else self.free.suited(arm)
 
     @cached_property
     def free(self) -> FreeRows:
@@ -100,7 +102,7 @@ class BranchSolver:
         It returns None, so that `solve` has to be called, unless the pose is an array (4, 4) of doubles that is rigid,
         the joint values an array of doubles, and the pose not degenerate.
         """
-        if not len(self.plans) or self.free.kept is not None:
+        if not len(self.plans) or self.free.changes_targets:
             return lambda target, near: None  # noqa: ARG005
         from robust_ik.kernels.branches import branches
 
@@ -166,6 +168,10 @@ class BranchSolver:
         if self.method == "self-motions":
             return self._by_self_motions(target, near)
         values = self.search(target, near)
+        if self.arm is not None:
+            columns, loop = self.arm.columns, self._closed_loop(target)
+            exact = [loop.settled(loop.closed(each))[0][: len(columns)] for each in values[:, columns] / self.units]
+            values[:, columns] = np.clip(np.array(exact).reshape(-1, len(columns)), loop.lower, loop.upper) * self.units
         return AllSolutions(
             self.to_q(values),
             self.to_q(values[:0]),
@@ -175,14 +181,17 @@ class BranchSolver:
             self.method,
         )
 
-    def with_turns(self, found: AllSolutions, values: Array) -> AllSolutions:
+    def with_turns(self, found: AllSolutions, values: Array, near: Array) -> AllSolutions:
         """Solutions, whose joint values are (s, n), with every full turn of joints that stays within finite limits.
+
+        Those nearest to `near`, (n,), come first.
 
         Raises:
             InputError: There are too many.
         """
         every, source = with_turns(values, self.lower, self.upper, self.turning)
-        return replace(found, q=self.to_q(every), singular=found.singular[source])
+        order = np.argsort(np.linalg.norm(every - near, axis=1), kind="stable")
+        return replace(found, q=self.to_q(every[order]), singular=found.singular[source[order]])
 
     @cached_property
     def turning(self) -> NDArray[np.bool_]:
@@ -275,33 +284,44 @@ class BranchSolver:
             if row[lay.SIGMA] < SINGULAR:
                 if any(curve.holds(loop, row[:own]) for curve in known):
                     continue
-                traced = trace(loop.free, self._joints(row, loop))
-                if isinstance(traced, Traced):
-                    known.append(traced)
-                    found = within_limits(loop, traced, close)
+                found = _pieces(loop, self._joints(row, loop), close, known)
+                if found is not None:
                     pieces += found
                     inside += [_with_joints(row, piece.nearest(loop, close)) for piece in found]
                     beyond += [row] if not found else []
                     continue
             (inside if row[lay.INSIDE] > 0 else beyond).append(row)
         if degenerate:
-            inside += self._searched(target, near, [*inside, *beyond], [*known, *pieces], loop)
+            inside += self._searched(target, near, [*inside, *beyond], known, pieces, loop)
         inside.sort(key=lambda row: float(np.linalg.norm(row[:own] - close)))
         made = np.array([*inside, *beyond]).reshape(-1, lay.ROW)
         return made, len(inside), [self.curve(one, near) for one in pieces]
 
     def _searched(
-        self, target: Array, near: Array, kept: list[Array], curves: list[Traced], loop: ClosedLoop
+        self, target: Array, near: Array, kept: list[Array], known: list[Traced], pieces: list[Traced], loop: ClosedLoop
     ) -> list[Array]:
-        """Rows of solutions that a search from many starts finds beside those kept and on curves."""
+        """Rows of solutions that a search finds beside those kept and on curves; it adds pieces of curves it meets.
+
+        Beside a continuum that just misses the pose a search finds much that nearly reaches it: that is left out.
+        """
         assert self.arm is not None
-        own = len(self.units)
+        own, close = len(self.units), near[self.arm.columns] / self.units
         made: list[Array] = []
-        for values in self.search(target, near)[:, self.arm.columns] / self.units:
-            known = [*kept, *made]
-            far = [np.abs(loop.difference(row[:own], values)).max() for row in known]
-            if min(far, default=np.inf) > SAME and not any(curve.holds(loop, values) for curve in curves):
-                made.append(_with_joints(np.ones(lay.ROW), values))
+        for start in self.search(target, near)[:, self.arm.columns] / self.units:
+            values, error = loop.settled(loop.closed(start))
+            if error > REACHED:
+                continue
+            far = [np.abs(loop.difference(row[:own], values[:own])).max() for row in [*kept, *made]]
+            if min(far, default=np.inf) < SAME or any(curve.holds(loop, values[:own]) for curve in [*known, *pieces]):
+                continue
+            row, s = np.ones(lay.ROW), singular_values(loop.state(values)[1])
+            row[lay.SIGMA] = s[-1] / s[0]
+            found = _pieces(loop, values, close, known) if row[lay.SIGMA] < SINGULAR else None
+            if found is None:
+                made.append(_with_joints(row, np.clip(values[:own], loop.lower, loop.upper)))
+            else:
+                pieces += found
+                made += [_with_joints(row, piece.nearest(loop, close)) for piece in found]
         return made
 
     def _joints(self, row: Array, loop: ClosedLoop) -> Array:
@@ -319,7 +339,7 @@ class BranchSolver:
         axes = np.array([*arm.axes, *(axis for axis, _ in floating)])
         slides = np.array([*arm.slides, *(slides for _, slides in floating)])
         low, high = self.lower[arm.columns] / self.units, self.upper[arm.columns] / self.units
-        return ClosedLoop(axes, slides, g, arm.point, len(self.free.spinning) < 3, low, high)
+        return ClosedLoop(axes, slides, g, arm.point, self.free.rotates, self.free.wanted, low, high)
 
     def curve(self, traced: Traced, near: Array) -> SelfMotion:
         """A traced curve in the robot's configurations."""
@@ -350,6 +370,15 @@ class BranchSolver:
         return AllSolutions(
             q, q[:0], SolutionsStatus.CURVES, np.zeros(len(q), dtype=bool), tuple(curves[i] for i in order), self.method
         )
+
+
+def _pieces(loop: ClosedLoop, values: Array, close: Array, known: list[Traced]) -> list[Traced] | None:
+    """What limits leave of the self-motion through a singular solution, which `known` is told; None if it is alone."""
+    traced = trace(loop.free, values)
+    if not isinstance(traced, Traced):
+        return None
+    known.append(traced)
+    return within_limits(loop, traced, close)
 
 
 def _with_joints(row: Array, values: Array) -> Array:

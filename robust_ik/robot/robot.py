@@ -337,7 +337,7 @@ class Robot(RobotKinematics):
         if near.ndim != 1:
             raise InputError(f"q0 must be one configuration ({self.nq},), got shape {near.shape}")
         every = solver.solve(poses, near)
-        return solver.with_turns(every, self.joint_values(every.q)) if turns else every
+        return solver.with_turns(every, self.joint_values(every.q), near) if turns else every
 
     def all_solutions_many(
         self,

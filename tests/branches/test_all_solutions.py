@@ -131,6 +131,15 @@ def test_solutions_are_sorted_by_distance_to_q0_with_turns_next_to_it(rng):
         assert (np.abs(found.q - q0) <= np.pi + 1e-9).all() or robot.lower.max() > -np.inf
 
 
+def test_a_q0_that_is_far_away_costs_no_digits(rng):
+    robot = dh_arms.arm("ur5", (-np.inf, np.inf))
+    for q0 in (np.full(6, 1e9), np.array([1e12, 0, 0, -1e9, 0, 0])):
+        T = robot.pose(robot.random(rng))
+        found = robot.all_solutions(T, q0)
+        assert len(found)
+        assert all(misses(robot, each, T) < 1e-8 for each in found)
+
+
 def test_turns_are_all_that_limits_leave(rng):
     robot = dh_arms.arm("ur5", (-2 * np.pi, 2 * np.pi))
     T = robot.pose(robot.random(rng))
@@ -138,6 +147,7 @@ def test_turns_are_all_that_limits_leave(rng):
     assert len(turned) == 64 * len(plain)  # each joint has two values in ±2π
     assert len(np.unique(np.round(turned.q, 6), axis=0)) == len(turned)
     assert all(misses(robot, each, T) < 1e-9 for each in turned.q[::17])
+    assert (np.diff(np.linalg.norm(turned.q - robot.rest, axis=1)) > -1e-9).all()
     assert ((turned.q >= robot.lower) & (turned.q <= robot.upper)).all()
 
 

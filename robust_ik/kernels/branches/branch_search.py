@@ -9,6 +9,7 @@ from robust_ik.kernels.branches import branches_layout as lay
 from robust_ik.kernels.branches.branches_layout import GROUP, JOINTS, MOTOR
 from robust_ik.kernels.branches.circle_roots import MOST_DEGREE, circle_roots
 from robust_ik.kernels.branches.group_closing import SINGULAR, moved_pose
+from robust_ik.kernels.branches.leaving import is_on_curve
 from robust_ik.kernels.branches.loop_equations import (
     SQUARE,
     eliminant,
@@ -17,6 +18,7 @@ from robust_ik.kernels.branches.loop_equations import (
     products,
     seed_of,
     span_of_pair,
+    span_of_slides,
     without,
 )
 from robust_ik.kernels.branches.loop_state import SIX
@@ -29,6 +31,8 @@ from robust_ik.kernels.compiler.stack_memory import ONE, W8, Pointer, further, p
 MOTORS = sizes(128)
 TOGETHER = 2e-3
 """Roots of one solution lie within this."""
+FARTHEST = 1e6
+"""Joint values that turns are chosen next to are at most this, rad and units of length: others would lose digits."""
 ASIDE, FARTHER, WAYS = 1e-3, 10.0, 3
 """How far the first poses beside a degenerate one are, half angles in rad and units of length; how much farther the
 next ones; how many there are.
@@ -49,7 +53,9 @@ def attempt(
     seed_of(plan, searched, seed)
     products(axes, seed, order, left, outside, motors)
     first = int(plan[lay.FIRST])
-    if plan[lay.TRIPLE] > 0.0 or first < JOINTS - 1:
+    if plan[lay.TRIPLE] == 0.0 and first < JOINTS - 1 and plan[lay.TURNED + first] > 0.0:
+        span_of_slides(further(axes, MOTOR * first), further(axes, MOTOR * (first + 1)), N, further(N, GROUP * MOTOR))
+    elif plan[lay.TRIPLE] > 0.0 or first < JOINTS - 1:
         for i in range(2 * GROUP * MOTOR):
             N[i] = plan[lay.SPANS + i]
     else:
@@ -108,16 +114,19 @@ def by_eliminant(
     for n in range(many):
         if abs(math.sqrt(x[n] * x[n] + y[n] * y[n]) - 1.0) > error[n]:
             continue
-        together, near, singular = 0, 0, False
+        together, near = 0, 0
         for k in range(many):
             if abs(math.sqrt(x[k] * x[k] + y[k] * y[k]) - 1.0) <= error[k]:
                 together += (x[k] - x[n]) ** 2 + (y[k] - y[n]) ** 2 < TOGETHER**2
         for k in range(count):
             row = further(found, lay.ROW * k)
             if (math.cos(row[pivot]) - x[n]) ** 2 + (math.sin(row[pivot]) - y[n]) ** 2 < TOGETHER**2:
-                near += 1
-                singular = singular or row[lay.SIGMA] < SINGULAR
-        doubtful += near < together and not singular
+                near += 2 if row[lay.SIGMA] < SINGULAR else 1  # a fold is a double root
+        doubtful += near < together
+    for k in range(count):
+        row = further(found, lay.ROW * k)
+        if row[lay.SIGMA] < SINGULAR and is_on_curve(axes, further(plan, lay.SLIDES), g, row):
+            numbers[lay.CONTINUA] += 1.0
     numbers[lay.VERDICT] = lay.EVERY if doubtful == 0 else lay.DOUBTFUL
     if doubtful == 0 and numbers[lay.CONTINUA] > 0.0:
         numbers[lay.VERDICT] = lay.NEARBY
@@ -219,7 +228,7 @@ def branches(
             close[k] = 0.0
             if k < int(all_plans[lay.OWN]):
                 unit = packed[lay.SCALE] if all_plans[lay.SLIDES + k] > 0.0 else 1.0
-                close[k] = start[int(packed[lay.COLUMNS + k])] / unit
+                close[k] = min(max(start[int(packed[lay.COLUMNS + k])] / unit, -FARTHEST), FARTHEST)
         row, to = further(pointer(numbers), lay.NUMBERS * i), further(pointer(found), lay.SOLUTIONS * lay.ROW * i)
         T = further(pointer(targets), 16 * i)
         rotation, point = further(packed, lay.HOME_ROTATION), further(packed, lay.HOME_POINT)

@@ -126,6 +126,19 @@ def span_of_pair(first: Pointer, middle: Pointer, second: Pointer, N: Pointer, p
             parts[MOTOR * r + j] = total / S[MOTOR * r + r] if S[MOTOR * r + r] != 0.0 else 0.0
 
 
+@called
+def span_of_slides(first: Pointer, second: Pointer, N: Pointer, parts: Pointer) -> None:
+    """`span_of_pair` of two slides across each other, whose motors are 1 + ε t: rotations vanish, and t across both."""
+    for i in range(GROUP * MOTOR):
+        N[i], parts[i] = 0.0, 0.0
+    parts[0] = 1.0
+    for i in range(3):
+        N[MOTOR * i + 1 + i] = 1.0
+        parts[MOTOR + 5 + i], parts[2 * MOTOR + 5 + i] = second[5 + i], first[5 + i]
+        a, b = 5 + (i + 1) % 3, 5 + (i + 2) % 3
+        N[MOTOR * 3 + 5 + i] = first[a] * second[b] - first[b] * second[a]
+
+
 def _terms() -> tuple[NDArray[np.int8], NDArray[np.int8]]:
     """Columns (k, 4) of minors, ascending, and their places in the 6 × 6 matrix with signs (k, 2).
 

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import math
 
+from robust_ik.checks import Array
 from robust_ik.kernels.branches.branches_layout import MOTOR
 from robust_ik.kernels.branches.motors import carried, conjugate, joint_motor, multiply
 from robust_ik.kernels.chain.full_turns import unwound
 from robust_ik.kernels.chain.sine_cosine import cosine_and_sine
-from robust_ik.kernels.compiler.compiling import called, inlined
-from robust_ik.kernels.compiler.stack_memory import ONE, W8, Pointer, further, sizes, stack
+from robust_ik.kernels.compiler.compiling import WHOLE, called, filled, given, inlined, kernel
+from robust_ik.kernels.compiler.stack_memory import ONE, W8, Pointer, further, pointer, sizes, stack
 
 SIX = sizes(6)
 
@@ -35,7 +36,8 @@ def loop_state(
         k: Number of joints, up to 16.
         q: Their values.
         g: What their motors shall multiply to.
-        p: A point at zero, (3,); if rows is 3, nothing but its position is wanted.
+        p: A point at zero and 1 for each of its coordinates that is wanted, (6,); read if rows is 3, where nothing else
+            is wanted.
         rows: 6 or 3.
         J: Filled.
         twist: Filled.
@@ -73,13 +75,15 @@ def loop_state(
     place_point(reached, p, at)
     place_point(g, p, wanted)
     for i in range(3):
-        twist[i] = wanted[i] - at[i]
+        twist[i] = p[3 + i] * (wanted[i] - at[i])
         largest = max(largest, abs(twist[i]))
     for j in range(k):
         a0, a1, a2 = J[3 * k + j], J[4 * k + j], J[5 * k + j]
         J[j] += a1 * at[2] - a2 * at[1]
         J[k + j] += a2 * at[0] - a0 * at[2]
         J[2 * k + j] += a0 * at[1] - a1 * at[0]
+        for i in range(3):
+            J[k * i + j] *= p[3 + i]
     return largest
 
 
@@ -96,3 +100,14 @@ def place_point(M: Pointer, p: Pointer, to: Pointer) -> None:
     to[0] = seen[1] + 2.0 * (w * M[5] - M[4] * x + (M[7] * y - M[6] * z))
     to[1] = seen[2] + 2.0 * (w * M[6] - M[4] * y + (M[5] * z - M[7] * x))
     to[2] = seen[3] + 2.0 * (w * M[7] - M[4] * z + (M[6] * x - M[5] * y))
+
+
+@kernel(given(2), given(1), given(1), given(1), given(1), WHOLE, filled(2), filled(1))
+def state_of_loop(
+    axes: Array, slides: Array, values: Array, g: Array, p: Array, rows: int, J: Array, twist: Array
+) -> float:  # fmt: skip
+    """`loop_state` for arrays: J (6, k), whose first rows are filled, and the twist (6,). Shapes are unchecked."""
+    return loop_state(
+        pointer(axes), pointer(slides), axes.shape[0], pointer(values), pointer(g), pointer(p), rows, pointer(J),
+        pointer(twist),
+    )  # fmt: skip
