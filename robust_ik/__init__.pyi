@@ -118,6 +118,12 @@ from robust_ik.kinematics.svd import lost_directions as lost_directions
 from robust_ik.kinematics.svd import manipulability as manipulability
 from robust_ik.kinematics.svd import null_projector as null_projector
 from robust_ik.kinematics.svd import svd as svd
+from robust_ik.paths import Hindrance as Hindrance
+from robust_ik.paths import PathPiece as PathPiece
+from robust_ik.paths import PathPlan as PathPlan
+from robust_ik.paths import PathPlanner as PathPlanner
+from robust_ik.paths import PathStatus as PathStatus
+from robust_ik.paths import PathStop as PathStop
 from robust_ik.pose_ik import PoseResult as PoseResult
 from robust_ik.pose_ik import PoseResults as PoseResults
 from robust_ik.pose_ik import PoseSolver as PoseSolver

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robust_ik.branches.closed_loop import ClosedLoop
 from robust_ik.branches.dual_quaternions import ONE, pose_of
@@ -128,6 +129,31 @@ class HeldJoints:
                     if isinstance(traced, Traced):
                         known.append(traced)
         return known
+
+    def samples(self, targets: Array) -> tuple[Array, NDArray[np.int_]]:
+        """Solutions within limits with the first held joint at each of its values, for poses (N, 4, 4).
+
+        Returns:
+            Values of the arm's joints, (N, s, count), in units of the axes, and how many each pose has, (N,).
+        """
+        from robust_ik.kernels.branches import branches
+
+        (held, *_), many, rest = self.held, len(targets), len(self.arm.axes) - 1
+        found, numbers = np.zeros((many, lay.SOLUTIONS, lay.ROW)), np.zeros((many, lay.NUMBERS))
+        joints, near, poses = np.zeros((many, lay.SOLUTIONS, rest)), np.zeros((1, rest)), np.ascontiguousarray(targets)
+        places, rows = [], []
+        for value, plans, arm in zip(held.values, held.plans, held.arms):
+            branches.compiled(plans, arm, poses, near, joints, found, numbers)
+            place, which = np.nonzero(np.arange(lay.SOLUTIONS) < numbers[:, lay.ALLOWED, None])
+            places.append(place)
+            rows.append(np.insert(found[place, which, :rest], held.joint, value, axis=1))
+        place = np.concatenate(places)
+        order = np.argsort(place, kind="stable")
+        counts = np.bincount(place, minlength=many)
+        values = np.zeros((many, max(1, counts.max(initial=0)), rest + 1))
+        column = np.arange(len(order)) - np.repeat(np.cumsum(counts) - counts, counts)
+        values[place[order], column] = np.concatenate(rows)[order]
+        return values, counts
 
 
 def _by_share(arm: ScrewAxes) -> list[int]:

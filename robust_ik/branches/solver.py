@@ -236,6 +236,33 @@ class BranchSolver:
             singular.reshape(*shape, most),
         )
 
+    def joint_solutions(self, targets: Array, near: Array) -> tuple[Array, NDArray[np.int_], NDArray[np.bool_]]:
+        """Joint values of the solutions within limits of poses (N, 4, 4), for callers that go through many poses.
+
+        Of self-motions they are samples: where one joint has one of the values that are tried.
+
+        Args:
+            targets: The poses, checked.
+            near: Joint values that turns are chosen next to, (n,).
+
+        Returns:
+            Joint values (N, s, n), whatever beyond those found; how many are found, (N,); whether they are all, (N,).
+        """
+        if len(self.plans):
+            values, _, numbers = self._ask(targets, near[None])
+            counts = numbers[:, lay.ALLOWED].astype(int)
+            return values[:, : max(1, counts.max(initial=0))], counts, numbers[:, lay.VERDICT] == lay.EVERY
+        if self.is_redundant and self.held is not None:
+            assert self.arm is not None
+            own, counts = self.held.samples(self.free.reachable(targets, self.arm.home))
+            values = np.broadcast_to(near, (*own.shape[:2], len(near))).copy()
+            values[:, :, self.arm.columns] = own * self.units
+            return values, counts, np.zeros(len(targets), dtype=bool)
+        each = [self.search(T, near) for T in targets]
+        most = max([len(one) for one in each] + [1])
+        values = np.array([np.resize(one, (most, len(near))) if len(one) else np.tile(near, (most, 1)) for one in each])
+        return values, np.array([len(one) for one in each]), np.zeros(len(targets), dtype=bool)
+
     def _ask(self, targets: Array, near: Array) -> tuple[Array, Array, Array]:
         """Calls the kernel for poses (N, 4, 4): joint values, rows and numbers."""
         from robust_ik.kernels.branches import branches

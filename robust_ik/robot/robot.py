@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.branches import AllSolutions, BranchSolver, ManySolutions
-from robust_ik.checks import Array, as_measures, check_leading_axes, checked_parameter, is_plain
+from robust_ik.checks import as_measures, check_leading_axes, checked_parameter, is_plain
 from robust_ik.checks.public_arguments import checked, checked_but
 from robust_ik.description.dh import DHTable
 from robust_ik.description.joint_tree import Description
@@ -25,6 +25,8 @@ from robust_ik.description.tips import choose_tip
 from robust_ik.description.urdf import parse_urdf, read_urdf
 from robust_ik.errors import InputError
 from robust_ik.kinematics.twist_rows import ROWS, checked_rows
+from robust_ik.paths import PathPlan, PathPlanner
+from robust_ik.paths.layer_solver import LayerSolver
 from robust_ik.pose_ik import (
     PoseOptions,
     PoseResult,
@@ -39,31 +41,13 @@ from robust_ik.robot.default_rest import SAMPLES, default_rest
 from robust_ik.robot.joint_map import JointMap
 from robust_ik.robot.pinocchio_model import PinocchioModel, build_model, joints_to_keep
 from robust_ik.robot.robot_kinematics import RobotKinematics
+from robust_ik.robot.solution_search import ManyStarts
 from robust_ik.robot.way_out import SINGULAR, Families, WayOut, way_out
 from robust_ik.runtime.files import checked_folders
 from robust_ik.runtime.warn_once import warn_once
 
-MOST_SEARCHED = 16
-"""Most solutions that a search from many starts compares."""
-
-
-@dataclass(frozen=True, eq=False)
-class ManyStarts:
-    """A search for solutions of poses from many starts, in joint values.
-
-    Attributes:
-        solver: The solver of poses.
-        joints: Which joints there are.
-    """
-
-    solver: PoseSolver
-    joints: JointMap
-
-    def __call__(self, target: Array, near: Array) -> Array:
-        """Joint values (s, n) of the solutions that were found of a pose (4, 4), beginning near joint values (n,)."""
-        start = self.joints.configuration(near)
-        found = self.solver.solve(target, start, solutions=MOST_SEARCHED, effort="thorough")
-        return self.joints.values(found.solutions if found.solved else found.solutions[:0])
+ACCURACY = 1e-4
+"""How far a tool may leave its path if nothing is said, in length scales: a tenth of a millimetre for usual arms."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -361,6 +345,64 @@ class Robot(RobotKinematics):
         check_leading_axes("targets", poses.shape[:-2], "q0", near.shape[:-1])
         shape = np.broadcast_shapes(poses.shape[:-2], near.shape[:-1])
         return solver.solve_many(np.broadcast_to(poses, (*shape, 4, 4)), near)
+
+    def path_planner(self, frame: str | None = None, rows: Sequence[str] | None = None) -> PathPlanner:
+        """The planner behind `plan_path`, made anew; what it needs of the arm is kept.
+
+        Args:
+            frame: Link or joint; default the tip.
+            rows: Wanted rows, of x y z wx wy wz; default `self.rows`.
+        """
+        search, branches = ManyStarts(self.pose_solver(frame, rows), self._joints), self.branch_solver(frame, rows)
+        return PathPlanner(LayerSolver(branches, search.closest, self._joints.values, self.length_scale))
+
+    def plan_path(
+        self,
+        poses: ArrayLike,
+        q0: ArrayLike | None = None,
+        *,
+        start: ArrayLike | None = None,
+        frame: str | None = None,
+        rows: Sequence[str] | None = None,
+        accuracy: float | None = None,
+    ) -> PathPlan:
+        """A continuous joint motion through poses, on all branches at once; else how far it goes and why no further.
+
+        Between two poses the frame's point moves on a line, and it turns about a fixed axis. All solutions of the poses
+        are found, those of the path between where steps are long or solutions far apart, and the shortest joint motion
+        through them, full turns counted. Each step is looked at in between and made finer until the frame stays on the
+        path; one that does not is a jump between branches and is not taken. Where no motion follows the whole path, the
+        pieces are those that each go as far as any.
+
+        Args:
+            poses: Poses (p, 4, 4) or positions (p, 3).
+            q0: Where the motion should begin if motions are equally short, (nq,); default `self.rest`.
+            start: Where the motion must begin, (nq,); default anywhere.
+            frame: Link or joint; default the tip.
+            rows: Wanted rows, of x y z wx wy wz; default `self.rows`.
+            accuracy: How far the frame may leave the path, m, and rad times the length scale; default 1e-4 times the
+                length scale.
+
+        Returns:
+            The motion, or pieces of it, and why each one ends.
+
+        Raises:
+            InputError: An argument is not valid; the start does not reach the first pose; neighbours are half a turn
+                apart.
+            FrameNotFoundError: There is no such frame.
+        """
+        names = wanted_rows(poses, rows, self.rows, many=True)
+        targets = as_poses(poses, self.length_scale)
+        if targets.ndim != 3 or not len(targets):
+            raise InputError(f"poses must be (p, 4, 4) or positions (p, 3), got shape {np.shape(poses)}")
+        off = ACCURACY * self.length_scale if accuracy is None else checked_parameter("accuracy", accuracy, above=0)
+        near = self.joint_values(self._checked(self.rest if q0 is None else q0))
+        begin = None if start is None else self.joint_values(self._checked(start))
+        if near.ndim != 1 or (begin is not None and begin.ndim != 1):
+            raise InputError(f"q0 and start must be one configuration ({self.nq},) each")
+        if begin is not None and not ((begin >= self.lower) & (begin <= self.upper)).all():
+            raise InputError("start must be within joint limits")
+        return self.path_planner(frame, names).plan(targets, near, off, begin)
 
     def way_out(
         self,

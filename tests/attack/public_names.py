@@ -39,6 +39,7 @@ RECORDS = {
     "JointLimits", "Ablation", "Card", "Jump", "TrackingReport", "Comparison", "ProofLeaf", "LeafPlace", "Proof",
     "JointRelation",    "Box", "Sphere", "Cylinder", "Verdict", "DrawnRobot", "MissingMesh", "Certificate",
     "Standstill", "SearchEnds", "Descent", "AllSolutions", "ManySolutions", "SelfMotion", "BranchSolver",
+    "PathPlan", "PathPiece", "PathStop", "PathPlanner",
 }  # fmt: skip
 """What the package makes and hands out; their constructors are for it alone."""
 

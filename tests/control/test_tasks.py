@@ -9,8 +9,9 @@ from numpy.testing import assert_allclose
 
 import robust_ik as rik
 from robust_ik.control.tasks import FrameTask, TwistTask
-from robust_ik.control.tasks.pose_difference import perpendicular, rotation_vector, swing
+from robust_ik.control.tasks.pose_difference import perpendicular, swing
 from robust_ik.control.tasks.target_paths import pose
+from robust_ik.kinematics.rotation_vectors import rotation_vector
 from tests.screws import rotation
 
 unit = st.tuples(*[st.floats(-1, 1)] * 3).map(np.array).filter(lambda v: np.linalg.norm(v) > 0.1)

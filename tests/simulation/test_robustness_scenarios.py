@@ -10,9 +10,10 @@ from numpy.testing import assert_allclose
 
 import robust_ik as rik
 from robust_ik.control.tasks import pose_error
+from robust_ik.kinematics.rotation_vectors import rotations
 from robust_ik.kinematics.svd import svd
 from robust_ik.simulation.robustness import KINDS, RobustnessScenario, robustness_scenarios
-from robust_ik.simulation.robustness.benchmark_motions import moved, past_the_first_axis, rotations, there_and_back
+from robust_ik.simulation.robustness.benchmark_motions import moved, past_the_first_axis, there_and_back
 from robust_ik.simulation.robustness.singular_points import length_scale, singular_point
 
 

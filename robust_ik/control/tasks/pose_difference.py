@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robust_ik.checks import Array, check_leading_axes, checked_rigid
+from robust_ik.kinematics.rotation_vectors import rotation_vector
 from robust_ik.kinematics.twist_rows import ROWS
 
 
@@ -84,33 +85,3 @@ def perpendicular(direction: Array) -> Array:
 def cross(a: Array, b: Array) -> Array:
     """The cross product along the first axis, (3, ...) and (3, ...); the other axes broadcast."""
     return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
-
-
-def rotation_vector(R: Array) -> Array:
-    """The logarithm of rotation matrices, (..., 3, 3) → (..., 3), by the quaternion's largest component."""
-    quaternion = _quaternion(R)
-    sine = np.sqrt((quaternion[..., 1:] ** 2).sum(axis=-1, keepdims=True))
-    angle = 2 * np.arctan2(sine, quaternion[..., :1])
-    small = sine < 1e-9
-    factor = np.where(small, 2.0, angle / np.where(small, 1.0, sine))
-    return np.asarray(factor * quaternion[..., 1:])
-
-
-def _quaternion(R: Array) -> Array:
-    """Unit quaternions (w, x, y, z) with w ≥ 0, from the row with the largest pivot, which keeps every digit."""
-    flat = np.reshape(R, (-1, 3, 3))
-    diagonal = np.diagonal(flat, axis1=1, axis2=2)
-    # Row i is 4 q_i (w, x, y, z).
-    rows = np.empty((len(flat), 4, 4))
-    rows[:, 1:, 1:] = flat + flat.transpose(0, 2, 1)
-    twice = flat[:, [2, 0, 1], [1, 2, 0]] - flat[:, [1, 2, 0], [2, 0, 1]]
-    rows[:, 0, 1:], rows[:, 1:, 0] = twice, twice
-    rows[:, range(4), range(4)] = 1 + diagonal @ _SIGNS
-    pivot = np.argmax(np.diagonal(rows, axis1=1, axis2=2), axis=1)
-    row = rows[np.arange(len(flat)), pivot]
-    row *= np.where(row[:, :1] < 0, -1.0, 1.0) / np.sqrt((row**2).sum(axis=1, keepdims=True))
-    return np.reshape(row, (*np.shape(R)[:-2], 4))
-
-
-_SIGNS = np.array([[1.0, 1.0, -1.0, -1.0], [1.0, -1.0, 1.0, -1.0], [1.0, -1.0, -1.0, 1.0]])
-"""Columns: the signs of xx, yy, zz in 4 w² − 1, 4 x² − 1, 4 y² − 1, 4 z² − 1."""

@@ -6,6 +6,7 @@ import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.control.tasks import pose_error
+from robust_ik.kinematics.rotation_vectors import rotations
 from robust_ik.kinematics.svd import svd
 from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.robot.robot import Robot
@@ -45,16 +46,6 @@ def moved(poses: Array, twists: Array) -> Array:
     found[..., :3, 3] += twists[..., :3]
     found[..., :3, :3] = rotations(twists[..., 3:]) @ found[..., :3, :3]
     return found
-
-
-def rotations(vectors: Array) -> Array:
-    """Rotations about vectors, (..., 3), by their lengths: (..., 3, 3)."""
-    angle = np.linalg.norm(vectors, axis=-1)[..., None, None]
-    x, y, z = np.moveaxis(vectors, -1, 0)
-    zero = np.zeros_like(x)
-    cross = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(*x.shape, 3, 3)
-    half = np.sinc(angle / (2 * np.pi)) ** 2 / 2
-    return np.asarray(np.eye(3) + np.sinc(angle / np.pi) * cross + half * cross @ cross)
 
 
 def still(target: Array, seconds: float, dt: float) -> Array:
