@@ -124,6 +124,7 @@ from robust_ik.paths import PathPlan as PathPlan
 from robust_ik.paths import PathPlanner as PathPlanner
 from robust_ik.paths import PathStatus as PathStatus
 from robust_ik.paths import PathStop as PathStop
+from robust_ik.paths.pose_file import read_poses as read_poses
 from robust_ik.pose_ik import PoseResult as PoseResult
 from robust_ik.pose_ik import PoseResults as PoseResults
 from robust_ik.pose_ik import PoseSolver as PoseSolver

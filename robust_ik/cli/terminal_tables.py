@@ -16,6 +16,7 @@ from robust_ik.errors.safe_text import plain, visible
 if TYPE_CHECKING:  # a list of names needs neither robots nor inverses
     from robust_ik.description.catalog import Entry
     from robust_ik.inverses import RobustInverse
+    from robust_ik.paths import PathPlan
     from robust_ik.robot.robot import Robot
     from robust_ik.simulation.robustness import MethodSummary
     from robust_ik.simulation.trajectory import Trajectory
@@ -52,6 +53,18 @@ def comparison(runs: Mapping[str, Trajectory]) -> Table:
             f"{run.smallest_sigma:.0e}",
             f"{1e6 * run.seconds_per_step:.0f}",
         )
+    return table
+
+
+def path_pieces(plan: PathPlan) -> Table:
+    """One row per piece of a plan. Fits 80 columns."""
+    table = Table(box=box.SIMPLE_HEAD, padding=0)
+    headings = ("piece", "from\npose", "to\npose", "configurations", "joint travel\n[rad]", "least σ/σ₁")
+    for heading in headings:
+        table.add_column(plain(heading), justify="right", no_wrap=True)
+    for number, piece in enumerate(plan.pieces):
+        ends, travel, margin = (f"{piece.s[0]:.5g}", f"{piece.s[-1]:.5g}"), f"{piece.travel:.3g}", f"{piece.margin:.1e}"
+        table.add_row(str(number), *ends, str(len(piece)), travel, margin)
     return table
 
 

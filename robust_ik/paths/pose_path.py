@@ -51,12 +51,12 @@ class PosePath:
         if len(self.poses) == 1:
             return np.repeat(self.poses, len(s), axis=0)
         i = np.clip(np.floor(s).astype(int), 0, len(self.poses) - 2)
-        part = (s - i)[:, None]
-        T = self.poses[i].copy()
-        T[:, :3, 3] += part * (self.poses[i + 1, :3, 3] - T[:, :3, 3])
-        T[:, :3, :3] = rotations(part * self._vectors[i]) @ T[:, :3, :3]
-        exact = part[:, 0] == 1.0
-        T[exact] = self.poses[i[exact] + 1]
+        part = s - i
+        T = self.poses[i + (part == 1.0)]
+        between = (part > 0.0) & (part < 1.0)
+        i, part = i[between], part[between, None]
+        T[between, :3, 3] += part * (self.poses[i + 1, :3, 3] - self.poses[i, :3, 3])
+        T[between, :3, :3] = rotations(part * self._vectors[i]) @ self.poses[i, :3, :3]
         return np.asarray(T)
 
     @cached_property
@@ -68,8 +68,9 @@ class PosePath:
     def places(self, longest: float) -> Array:
         """Places of all poses and of as many between them that no step is longer, (m,)."""
         parts = np.maximum(1, np.ceil(self.steps / longest)).astype(int)
-        between = [i + np.arange(count) / count for i, count in enumerate(parts)]
-        return np.concatenate([*between, [len(self.poses) - 1.0]])
+        pose = np.repeat(np.arange(len(parts)), parts)
+        step = np.arange(len(pose)) - np.repeat(np.cumsum(parts) - parts, parts)
+        return np.append(pose + step / parts[pose], len(self.poses) - 1.0)
 
     def size_of(self, s: Array, steps: Array) -> Array:
         """Motions from places by steps that pass no pose, (m,) and (m,) → (m,), as in `steps`."""
