@@ -40,8 +40,8 @@ def read_poses(path: str | Path, *, unit: Literal["m", "mm"] = "m", longest_step
     Raises:
         InputError: The file cannot be read, or a line is not what it should be; the line is named.
     """
-    if unit not in UNITS:
-        raise InputError(f"unit must be m or mm, got {cut(str(unit), 20)!r}")
+    if not isinstance(unit, str) or unit not in UNITS:
+        raise InputError(f"unit must be m or mm, got {cut(repr(unit), 40)}")
     checked_parameter("longest_step", longest_step, above=0)
     (first, header), *rest = _lines(path)
     names = [name.strip().strip('"').lower() for name in _split(header)]
