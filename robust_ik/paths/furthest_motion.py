@@ -26,6 +26,8 @@ CARRIED = 16
 """How many states are followed through the places that are added."""
 MOST = 1024
 """Most states of a place. Chosen: the eight solutions of a UR with two turns of each joint are 512."""
+TURNS = (1e9, 3.01 * np.pi, 1.01 * np.pi)
+"""How far from `near` joints may begin, rad: all turns within limits, or fewer where there would be too many."""
 ROUNDS = 400
 """How often places are added, or steps banned, at most, before the motion that is known is taken."""
 FAST, NOTHING = 8.0, 1e-3
@@ -59,8 +61,8 @@ class FurthestMotion:
     first: int
     near: Array
     start: Array | None
-    banned: list[tuple[float, int, int]] = field(default_factory=list)
-    """Steps that are jumps: a place, a solution there, a solution of the next place."""
+    banned: list[tuple[float, float, int, int]] = field(default_factory=list)
+    """Steps that are jumps: a place, the next one, a solution at each."""
     passed: Array = field(default_factory=lambda: np.zeros(0))
     """Places behind which joints were fast, and states were led lazily."""
 
@@ -83,7 +85,7 @@ class FurthestMotion:
                     finer_s, finer = self.smoother(s, values, finer_s, finer)
                 return finer_s, finer, reached
             jump = wrong
-            self.banned.append((float(s[jump]), int(nodes[jump]), int(nodes[jump + 1])))
+            self.banned.append((float(s[jump]), float(s[jump + 1]), int(nodes[jump]), int(nodes[jump + 1])))
         return s[: jump + 1], values[: jump + 1], self.first + jump
 
     def smoother(self, s: Array, values: Array, finer_s: Array, finer: Array) -> tuple[Array, Array]:
@@ -124,10 +126,12 @@ class FurthestMotion:
         states[0, : len(nodes), lay.NODE], states[0, : len(nodes), lay.PARENT] = nodes, -1
         states[0, : len(nodes), lay.COST] = PREFERRED * np.linalg.norm(values - self.near, axis=1)
         states[0, : len(nodes), lay.VALUES :] = values
-        bans = np.array([(np.searchsorted(layers.s, s) - first, a, b) for s, a, b in self.banned]).reshape(-1, 3)
+        at = {float(s): layer for layer, s in enumerate(layers.s[first:])}
+        steps = [(at[low], a, b) for low, high, a, b in self.banned if at[high] == at[low] + 1]
+        bans = np.array(steps).reshape(-1, 3)
         reached = ladder.compiled(
             np.ascontiguousarray(layers.values[first:]), layers.counts[first:].astype(float), self.solver.joints,
-            np.ascontiguousarray(bans, dtype=float), LONGEST, states, numbers,
+            np.ascontiguousarray(bans, dtype=float), LONGEST, states, numbers, np.empty(layers.values.shape[1]),
         )  # fmt: skip
         return first + reached, states, numbers
 
@@ -139,7 +143,15 @@ class FurthestMotion:
             d = np.abs(solver.difference(known, self.start)).max(axis=1)
             return np.array([int(d.argmin())]), self.start[None]
         finite = np.isfinite(solver.lower) & np.isfinite(solver.upper) & ~solver.sliding
-        values, nodes = with_turns(known, solver.lower, solver.upper, finite)
+        lower, upper, q = solver.lower[finite], solver.upper[finite], known[:, finite]
+        low, high = solver.lower.copy(), solver.upper.copy()
+        for around in TURNS:
+            low[finite] = np.maximum(lower, np.minimum(self.near[finite] - around, upper - 2 * around))
+            high[finite] = np.minimum(upper, low[finite] + 2 * around)
+            turns = np.floor((high[finite] - q) / (2 * np.pi)) - np.ceil((low[finite] - q) / (2 * np.pi)) + 1
+            if np.maximum(turns, 0).prod(axis=1).sum() <= MOST:
+                break
+        values, nodes = with_turns(known, low, high, finite)
         order = np.argsort(np.linalg.norm(values - self.near, axis=1), kind="stable")[:MOST]
         return nodes[order], values[order]
 
@@ -196,8 +208,7 @@ class FurthestMotion:
             at = found[is_close]
             if not len(at):
                 break
-            for values in at:
-                self.layers = self.layers.with_solution(layer, values, self.solver.sliding, SAME)
+            self.layers = self.layers.with_solutions(layer, at, self.solver.sliding, SAME)
 
     def eased(self, reached: int, states: Array, numbers: Array, values: Array) -> bool:
         """Leads states lazily through places where joints of the motion are fast; whether there are new ones of these.

@@ -58,7 +58,7 @@ class PathPlanner:
             layers = self._with_start(layers, start, accuracy)
         elif not layers.counts[0]:
             led, is_close = self.solver.led(path.at(s[:1]), near[None], CLOSE * accuracy)
-            layers = layers.with_solution(0, led[0], self.solver.sliding, SAME) if is_close[0] else layers
+            layers = layers.with_solutions(0, led, self.solver.sliding, SAME) if is_close[0] else layers
         pieces: list[PathPiece] = []
         reasons: list[PathStop] = []
         first, last = 0, None
@@ -104,7 +104,7 @@ class PathPlanner:
                 f"start misses the first pose by {1000 * off:.3g} mm (mrad times {solver.length_scale:.3g} m); "
                 f"accuracy is {1000 * accuracy:.3g} mm: give a start there, or none"
             )
-        return layers.with_solution(0, start, solver.sliding, SAME)
+        return layers.with_solutions(0, start[None], solver.sliding, SAME)
 
     def _piece(self, s: Array, values: Array) -> PathPiece:
         solver = self.solver

@@ -42,15 +42,20 @@ class Layers:
         targets, counts, complete = (np.concatenate(pair)[order] for pair in pairs)
         return Layers(s[order], targets, values[order], counts, complete)
 
-    def with_solution(self, layer: int, values: Array, sliding: NDArray[np.bool_], same: float) -> Layers:
-        """With one solution more, unless there is one that differs by less, turns modulo 2π."""
-        count = int(self.counts[layer])
-        d = self.values[layer, :count] - values
-        d = np.where(sliding, d, d - 2 * np.pi * np.round(d / (2 * np.pi)))
-        if count and np.abs(d).max(axis=1).min() < same:
+    def with_solutions(self, layer: int, values: Array, sliding: NDArray[np.bool_], same: float) -> Layers:
+        """With more solutions (k, n), without those that differ by less from one that is there, turns modulo 2π."""
+        count, new = int(self.counts[layer]), []
+        known = [*self.values[layer, :count]]
+        for each in values:
+            d = np.array(known).reshape(-1, len(each)) - each
+            d = np.where(sliding, d, d - 2 * np.pi * np.round(d / (2 * np.pi)))
+            if not known or np.abs(d).max(axis=1).min() >= same:
+                known.append(each)
+                new.append(each)
+        if not new:
             return self
-        wider = self.values.shape[1] + (count == self.values.shape[1])
-        made, counts = np.zeros((len(self), wider, self.values.shape[2])), self.counts.copy()
+        most, counts = max(self.values.shape[1], len(known)), self.counts.copy()
+        made = np.zeros((len(self), most, self.values.shape[2]))
         made[:, : self.values.shape[1]] = self.values
-        made[layer, count], counts[layer] = values, count + 1
+        made[layer, count : len(known)], counts[layer] = new, len(known)
         return Layers(self.s, self.targets, made, counts, self.complete)

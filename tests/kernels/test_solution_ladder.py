@@ -15,10 +15,12 @@ def climbed(solutions, counts, starts, joints=FREE, banned=(), longest=1.5, most
     p, _, n = solutions.shape
     states, numbers = np.full((p, most, lay.VALUES + n), np.nan), np.zeros((p, lay.NUMBERS))
     for i, (node, values) in enumerate(starts):
-        states[0, i] = [node, 0.0, -1.0, *values]
+        states[0, i] = [node, 0.0, -1.0, -1.0, *values]
     numbers[0, lay.ALIVE] = len(starts)
     bans = np.array(banned, dtype=float).reshape(-1, 3)
-    reached = ladder.compiled(solutions, np.array(counts, dtype=float), joints, bans, longest, states, numbers)
+    reached = ladder.compiled(
+        solutions, np.array(counts, dtype=float), joints, bans, longest, states, numbers, np.empty(solutions.shape[1])
+    )
     return reached, states, numbers
 
 

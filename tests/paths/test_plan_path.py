@@ -133,6 +133,14 @@ def test_full_turns_are_counted():
     holds_what_it_says(narrow, narrow.pose(values), ends, 1e-4)
 
 
+def test_limits_of_many_turns_leave_starts_that_can_be_tried(rng):
+    """Twenty turns of each of six joints would be 64 million starts of each solution."""
+    robot = dh_arms.arm("ur5", (-60.0, 70.0))
+    values = wandering(robot, rng, 1.0, 30)
+    for q0 in (np.zeros(6), np.full(6, -60.0), np.full(6, 70.0)):
+        assert robot.plan_path(robot.pose(values), q0).followed
+
+
 # --------------------------------------------------------------------------------------------- what cannot be followed
 @pytest.mark.parametrize("name", ["ur5", "puma560", "crx_like"])
 def test_a_path_out_of_reach_is_followed_up_to_its_end(name, rng):

@@ -48,23 +48,23 @@ def is_banned(banned: Pointer, many: int, layer: int, a: float, b: float) -> boo
 
 
 @called
-def place_of(states: Pointer, size: int, many: int, node: float, values: Pointer, n: int) -> int:
-    """The state of a solution with the same turns; −1 if there is none."""
-    for i in range(many):
-        state = further(states, size * i)
-        if state[lay.NODE] != node:
-            continue
-        same = True
+def place_of(states: Pointer, size: int, first: int, values: Pointer, n: int) -> int:
+    """The state with the same turns, of those of one solution that begin with `first`; −1 if there is none."""
+    i = first
+    while i >= 0:
+        state, same = further(states, size * i), True
         for k in range(n):
             same = same and abs(state[lay.VALUES + k] - values[k]) < SAME
         if same:
             return i
+        i = int(state[lay.NEXT])
     return -1
 
 
-@kernel(given(3), given(1), given(2), given(2), FLOAT, filled(3), filled(2))
+@kernel(given(3), given(1), given(2), given(2), FLOAT, filled(3), filled(2), filled(1))
 def ladder(
-    solutions: Array, counts: Array, joints: Array, banned: Array, longest: float, states: Array, numbers: Array
+    solutions: Array, counts: Array, joints: Array, banned: Array, longest: float, states: Array, numbers: Array,
+    heads: Array,
 ) -> int:  # fmt: skip
     """The states of each pose that steps from those of the first pose lead to; the last pose that has any.
 
@@ -79,6 +79,7 @@ def ladder(
         states: Filled, (p, most, VALUES + n); those of the first pose are given, `numbers` says how many. If there are
             more than `most`, the cheapest do not always stay.
         numbers: Filled, (p, NUMBERS).
+        heads: Room for the first state of each solution, (s,).
     """
     n, most, size = solutions.shape[2], states.shape[1], states.shape[2]
     table, bans, many_bans = pointer(joints), pointer(banned), banned.shape[0]
@@ -92,6 +93,8 @@ def ladder(
         here = further(pointer(states), size * most * layer)
         there = further(here, size * most)
         nodes, filled_in = further(pointer(solutions), n * solutions.shape[1] * (layer + 1)), 0
+        for b in range(int(counts[layer + 1])):
+            heads[b] = -1.0
         for a in range(int(row[lay.ALIVE])):
             state, goes_on, limited = further(here, size * a), False, False
             for b in range(int(counts[layer + 1])):
@@ -108,10 +111,12 @@ def ladder(
                     continue
                 goes_on = True
                 new[lay.NODE], new[lay.COST], new[lay.PARENT] = float(b), state[lay.COST] + length, float(a)
-                known = place_of(there, size, filled_in, float(b), further(new, lay.VALUES), n)
+                known = place_of(there, size, int(heads[b]), further(new, lay.VALUES), n)
                 if known < 0:
+                    new[lay.NEXT], heads[b] = heads[b], float(filled_in)
                     filled_in += 1
                 elif further(there, size * known)[lay.COST] > new[lay.COST]:
+                    new[lay.NEXT] = there[size * known + lay.NEXT]
                     for i in range(size):
                         there[size * known + i] = new[i]
             row[lay.ENDED] += 0.0 if goes_on else 1.0
