@@ -196,11 +196,15 @@ class BranchSolver:
     @cached_property
     def turning(self) -> NDArray[np.bool_]:
         """Joints that may turn by 2π within finite limits without moving the frame, (n,)."""
-        finite = np.isfinite(self.lower) & np.isfinite(self.upper)
+        return self.turns_freely & np.isfinite(self.lower) & np.isfinite(self.upper)
+
+    @cached_property
+    def turns_freely(self) -> NDArray[np.bool_]:
+        """Joints whose full turns leave the frame where it is, as far as limits allow them, (n,)."""
         turns = np.zeros(len(self.lower), dtype=bool)
         if self.arm is not None:
             turns[self.arm.columns[~self.arm.slides]] = True
-        return turns & finite
+        return turns
 
     def solve_many(self, targets: Array, near: Array) -> ManySolutions:
         """All solutions of poses (..., 4, 4), near joint values (..., n) or (n,); see `Robot.all_solutions_many`."""
@@ -257,6 +261,9 @@ class BranchSolver:
             own, counts = self.held.samples(self.free.reachable(targets, self.arm.home))
             values = np.broadcast_to(near, (*own.shape[:2], len(near))).copy()
             values[:, :, self.arm.columns] = own * self.units
+            endless = self.turns_freely & ~(np.isfinite(self.lower) & np.isfinite(self.upper))
+            turned = values + 2 * np.pi * np.round((near - values) / (2 * np.pi))
+            values = np.where(endless, turned, values)
             return values, counts, np.zeros(len(targets), dtype=bool)
         each = [self.search(T, near) for T in targets]
         most = max([len(one) for one in each] + [1])

@@ -76,7 +76,8 @@ class Between:
                 return s, values, int(step[todo[wrong.argmax()]])
             s, values = np.insert(s, todo + 1, middle), np.insert(values, todo + 1, found, axis=0)
             step, depth = np.insert(step, todo + 1, step[todo]), np.insert(depth, todo + 1, depth[todo])
-        return s, values, int(step[(self.off(s, values) > self.accuracy).argmax()])
+        wrong = self.off(s, values) > self.accuracy
+        return s, values, int(step[wrong.argmax()]) if wrong.any() else None
 
     def _halfway(self, s: Array, ends: Array, most: Array, *, lazily: bool) -> tuple[Array, NDArray[np.bool_]]:
         """Joint values at places (m,) next to the middle of their ends (2, m, n), and which of them are none."""

@@ -28,8 +28,8 @@ MOST = 1024
 """Most states of a place. Chosen: the eight solutions of a UR with two turns of each joint are 512."""
 TURNS = (1e9, 3.01 * np.pi, 1.01 * np.pi)
 """How far from `near` joints may begin, rad: all turns within limits, or fewer where there would be too many."""
-ROUNDS = 400
-"""How often places are added, or steps banned, at most, before the motion that is known is taken."""
+ROUNDS = 100
+"""How often places are added, or steps banned, without getting further, before the motion that is known is taken."""
 FAST, NOTHING = 8.0, 1e-3
 """Joints are fast where one moves this many times as much as the tool, lengths over the length scale, and so much."""
 BEHIND = 4
@@ -63,30 +63,35 @@ class FurthestMotion:
     start: Array | None
     banned: list[tuple[float, float, int, int]] = field(default_factory=list)
     """Steps that are jumps: a place, the next one, a solution at each."""
-    passed: Array = field(default_factory=lambda: np.zeros(0))
-    """Places behind which joints were fast, and states were led lazily."""
+    eased_at: Array = field(default_factory=lambda: np.zeros(0))
+    """Places behind which joints were fast, and states were led lazily: once each."""
+    led_on: set[float] = field(default_factory=set)
+    """Places that have no room for others behind them, from which states were led on: once each."""
 
     def run(self) -> tuple[Array, Array, int]:
         """Places and joint values of the motion, and the last layer that it reaches, `first` − 1 if there is none."""
-        s, values, jump = np.zeros(0), np.zeros((0, len(self.near))), -1
-        for _ in range(ROUNDS):
+        furthest, rounds = -1.0, 0
+        while True:
             reached, states, numbers = self.climbed()
             if reached < self.first:
-                return s, values, reached
-            nodes, values = self.way(reached, states, numbers)
-            if reached + 1 < len(self.layers) and self.opened(reached, states, numbers, values):
-                continue
+                return np.zeros(0), np.zeros((0, len(self.near))), reached
             s = self.layers.s[self.first : reached + 1]
+            rounds = 0 if s[-1] > furthest else rounds + 1
+            furthest, is_last = max(furthest, s[-1]), rounds >= ROUNDS
+            nodes, values = self.way(reached, states, numbers)
+            if not is_last and reached + 1 < len(self.layers) and self.opened(reached, states, numbers, values):
+                continue
             finer_s, finer, wrong = self.between.finer(s, values)
+            if wrong is None and not is_last and self.eased(reached, states, numbers, values):
+                continue
+            if wrong is None and self.solver.branches.is_redundant:
+                finer_s, finer = self.smoother(s, values, finer_s, finer)
+            while wrong is not None and is_last:  # what is known of it is taken, up to the jump
+                s, values, reached = s[: wrong + 1], values[: wrong + 1], self.first + wrong
+                finer_s, finer, wrong = self.between.finer(s, values)
             if wrong is None:
-                if self.eased(reached, states, numbers, values):
-                    continue
-                if self.solver.branches.is_redundant:
-                    finer_s, finer = self.smoother(s, values, finer_s, finer)
                 return finer_s, finer, reached
-            jump = wrong
-            self.banned.append((float(s[jump]), float(s[jump + 1]), int(nodes[jump]), int(nodes[jump + 1])))
-        return s[: jump + 1], values[: jump + 1], self.first + jump
+            self.banned.append((float(s[wrong]), float(s[wrong + 1]), int(nodes[wrong]), int(nodes[wrong + 1])))
 
     def smoother(self, s: Array, values: Array, finer_s: Array, finer: Array) -> tuple[Array, Array]:
         """The motion of an arm with a joint too many, which is not bound to the values that are tried of that joint.
@@ -119,12 +124,12 @@ class FurthestMotion:
         from robust_ik.kernels.paths import ladder
 
         layers, first, n = self.layers, self.first, len(self.near)
-        many = len(layers) - first
-        states, numbers = np.empty((many, MOST, lay.VALUES + n)), np.zeros((many, lay.NUMBERS))
-        nodes, values = self.starts()
+        many, (nodes, values) = len(layers) - first, self.starts()
+        most = max(len(nodes), min(MOST, len(nodes) * int(layers.counts.max())), 1)
+        states, numbers = np.empty((many, most, lay.VALUES + n)), np.zeros((many, lay.NUMBERS))
         numbers[0, lay.ALIVE] = len(nodes)
         states[0, : len(nodes), lay.NODE], states[0, : len(nodes), lay.PARENT] = nodes, -1
-        states[0, : len(nodes), lay.COST] = PREFERRED * np.linalg.norm(values - self.near, axis=1)
+        states[0, : len(nodes), lay.COST] = PREFERRED * self.away(values)
         states[0, : len(nodes), lay.VALUES :] = values
         at = {float(s): layer for layer, s in enumerate(layers.s[first:])}
         steps = [(at[low], a, b) for low, high, a, b in self.banned if at[high] == at[low] + 1]
@@ -142,7 +147,7 @@ class FurthestMotion:
         if self.start is not None:
             d = np.abs(solver.difference(known, self.start)).max(axis=1)
             return np.array([int(d.argmin())]), self.start[None]
-        finite = np.isfinite(solver.lower) & np.isfinite(solver.upper) & ~solver.sliding
+        finite = np.isfinite(solver.lower) & np.isfinite(solver.upper) & ~solver.sliding & solver.moving
         lower, upper, q = solver.lower[finite], solver.upper[finite], known[:, finite]
         low, high = solver.lower.copy(), solver.upper.copy()
         for around in TURNS:
@@ -152,8 +157,12 @@ class FurthestMotion:
             if np.maximum(turns, 0).prod(axis=1).sum() <= MOST:
                 break
         values, nodes = with_turns(known, low, high, finite)
-        order = np.argsort(np.linalg.norm(values - self.near, axis=1), kind="stable")[:MOST]
+        order = np.argsort(self.away(values), kind="stable")[:MOST]
         return nodes[order], values[order]
+
+    def away(self, values: Array) -> Array:
+        """How far joint values (k, n) are from `near`, (k,), rad, with slides over the length scale."""
+        return np.asarray(np.linalg.norm((values - self.near) * self.solver.weights, axis=1))
 
     def way(self, reached: int, states: Array, numbers: Array) -> tuple[NDArray[np.int_], Array]:
         """The solutions of the motion to the last layer with the least motion: which ones, and joint values."""
@@ -181,8 +190,16 @@ class FurthestMotion:
         if ended[reached - self.first] and sizes[reached] > FINEST:
             self.refine([reached], states, numbers)
             return True
-        behind = [self.first + int(i) for i in np.flatnonzero(ended[: reached - self.first])]
-        behind = [i for i in behind if sizes[i] > FINEST]
+        places = [self.first + int(i) for i in np.flatnonzero(ended[: reached - self.first + 1])]
+        known = int(self.layers.counts.sum())
+        for i in places:  # the tool stands still there, or hardly moves
+            if sizes[i] <= FINEST and float(self.layers.s[i]) not in self.led_on:
+                self.led_on.add(float(self.layers.s[i]))
+                alive = states[i - self.first, : int(numbers[i - self.first, lay.ALIVE])]
+                self.carry(alive, range(i + 1, i + 2), lazily=False)
+        if self.layers.counts.sum() > known:
+            return True
+        behind = [i for i in places if sizes[i] > FINEST]
         if behind:
             self.refine(behind, states, numbers)
         return bool(behind)
@@ -219,8 +236,8 @@ class FurthestMotion:
         tool = self.between.path.size_of(s[:-1], np.diff(s))
         motion = np.abs(self.solver.weights * np.diff(values, axis=0)).max(axis=1, initial=0.0)
         fast = (motion > FAST * tool) & (motion > NOTHING)
-        fast &= ~np.isin(s[:-1], self.passed)
-        self.passed = np.concatenate([self.passed, s[:-1][fast]])
+        fast &= ~np.isin(s[:-1], self.eased_at)
+        self.eased_at = np.concatenate([self.eased_at, s[:-1][fast]])
         begins = np.flatnonzero(fast & ~np.concatenate([[False], fast[:-1]]))
         for begin in begins.tolist():
             end = begin + int(np.argmin(np.append(fast[begin:], False))) + BEHIND

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from robust_ik.branches import BranchSolver
 from robust_ik.checks import Array
 from robust_ik.inverses import DampedLeastSquares
+from robust_ik.kinematics.svd import singular_values
 from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.paths.path_error import path_error, path_twist
 from robust_ik.paths.solution_layers import Layers
@@ -22,6 +23,8 @@ KEEN, LAZY, STEPS = DampedLeastSquares(1e-3), DampedLeastSquares(0.05), 24
 """How a pose is approached that shall be reached, and one that need not be; how many steps are taken at most."""
 EXACT = 1e-9
 """How near a pose counts as reached, in length scales and rad."""
+LOST = 1e-6
+"""Singular values up to this part of the largest one count as zero."""
 AT_LIMIT = 1e-9
 """A joint that passes its limit by less is at it, rad or m."""
 
@@ -64,6 +67,19 @@ class LayerSolver:
     def moving(self) -> NDArray[np.bool_]:
         """Which of the n joints move the frame."""
         return np.isin(np.arange(self.branches.chain.n), self.branches.chain.column)
+
+    @cached_property
+    def rank(self) -> int:
+        """The rank that the Jacobian has nearly everywhere: the largest one at some random joint values."""
+        rng = np.random.default_rng(3)
+        s = singular_values(self.jacobians(rng.uniform(-2, 2, (20, len(self.lower))) / self.weights))
+        return int((s > LOST * s[:, :1]).sum(axis=1).max())
+
+    def margins(self, values: Array) -> Array:
+        """The least singular value over the largest one, (..., n) → (...): of as many as the rank; 0 if all are 0."""
+        s = singular_values(self.jacobians(values))
+        largest = np.where(s[..., 0] > 0, s[..., 0], 1.0)
+        return np.asarray(s[..., max(self.rank, 1) - 1] / largest)
 
     @cached_property
     def weights(self) -> Array:

@@ -30,6 +30,8 @@ def path_twist(poses: Array, targets: Array, rows: Sequence[str]) -> Array:
         size = np.linalg.norm(sine, axis=-1, keepdims=True)
         angle = np.arctan2(size, axis[..., free, None])
         turn = sine * np.where(size > 0, angle / np.where(size > 0, size, 1.0), 0.0)
+        opposite = (size == 0)[..., 0] & (axis[..., free] < 0)  # half a turn about any axis across
+        turn[..., turns[0]] = np.where(opposite, np.pi, turn[..., turns[0]])
     else:
         turn = rotation_vector(D)
     return np.concatenate([step, turn[..., turns]], axis=-1)

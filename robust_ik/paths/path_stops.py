@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from robust_ik.branches import AllSolutions
 from robust_ik.checks import Array
 from robust_ik.kinematics.svd import full_svd
+from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.paths.layer_solver import AT_LIMIT, LONGEST, LayerSolver
-from robust_ik.paths.path_error import path_error
+from robust_ik.paths.path_error import path_error, path_twist
 from robust_ik.paths.result import Hindrance, PathStop
 from robust_ik.paths.solution_layers import Layers
 
@@ -61,7 +62,8 @@ class PathStops:
                 return stop
         told = [self._missed(layers.targets[i]) for i in np.unique(np.linspace(first, end - 1, LOOKED_AT).astype(int))]
         worst = max(told, key=lambda one: (one.hindrance is Hindrance.OUT_OF_REACH, one.by))
-        return PathStop(at, until, worst.hindrance, worst.joints, worst.said)
+        to_the_end = ", to the end of the path" if end == len(layers) else ""
+        return PathStop(at, until, worst.hindrance, worst.joints, worst.said + to_the_end)
 
     def _missed(self, target: Array) -> Missed:
         solver, rows = self.solver, self.solver.branches.rows
@@ -69,15 +71,13 @@ class PathStops:
         if len(found.beyond):
             return self._beyond(found)
         closest = solver.poses(solver.closest(target, self.near))
-        miss = float(path_error(closest, target, rows, solver.length_scale))
+        miss, twist = float(path_error(closest, target, rows, solver.length_scale)), path_twist(closest, target, rows)
+        count = sum(row in ROWS[:3] for row in rows)
+        told = [f"{1000 * float(np.linalg.norm(twist[:count])):.3g} mm"] if count else []
+        told += [f"{np.degrees(float(np.linalg.norm(twist[count:]))):.3g}°"] if count < len(rows) else []
         shown = "no configuration reaches the path" if found.complete else "none was found that reaches the path"
-        said = f"{shown}; the closest one found within limits misses it by up to {self._length(miss)}"
+        said = f"{shown}; the closest one found within limits misses it by up to {' and '.join(told)}"
         return Missed(miss, Hindrance.OUT_OF_REACH, (), said)
-
-    def _length(self, length: float) -> str:
-        told = f"{1000 * length:.3g} mm"
-        scale = self.solver.length_scale
-        return f"{told} or {np.degrees(length / scale):.3g}°" if "wx" in self.solver.branches.rows else told
 
     def after(self, layers: Layers, layer: int, values: Array) -> PathStop:
         """Why a motion that ends at a layer, at joint values (n,), does not go on.
@@ -97,10 +97,9 @@ class PathStops:
             return stop
         far = np.abs(motions * solver.weights).max(axis=1)
         J = solver.jacobians(values)
-        found = full_svd(J)
-        margin = float(found.s[-1] / found.s[0]) if found.s[0] > 0 else 0.0
+        margin = float(solver.margins(values))
         if margin < SINGULAR:
-            way = np.abs(found.Vt[min(J.shape) - 1])
+            way = np.abs(full_svd(J).Vt[max(solver.rank, 1) - 1]) * solver.moving
             names = self._names(way >= CONCERNED * way.max())
             said = f"a singular configuration is reached, σ/σ₁ = {margin:.2g}: {' and '.join(names)} would have to jump"
             return PathStop(s, s, Hindrance.SINGULAR, names, said)

@@ -8,7 +8,6 @@ import numpy as np
 
 from robust_ik.checks import Array
 from robust_ik.errors import InputError
-from robust_ik.kinematics.svd import singular_values
 from robust_ik.kinematics.twist_rows import ROWS
 from robust_ik.paths.between_solutions import CLOSE, Between
 from robust_ik.paths.furthest_motion import ADDED, FINEST, SAME, FurthestMotion, travel
@@ -19,6 +18,8 @@ from robust_ik.paths.pose_path import PosePath
 from robust_ik.paths.result import PathPiece, PathPlan, PathStatus, PathStop
 from robust_ik.paths.solution_layers import Layers
 
+MOST_PLACES = 100_000
+"""Most places that are solved for at first: what a path of a kilometre needs for an arm of usual size is a mistake."""
 STEP = 0.05
 """Longest step between places that are solved for at first, rad, and lengths over the length scale."""
 
@@ -50,6 +51,13 @@ class PathPlanner:
         if branches.arm is not None and branches.free.kept is not None:
             wanted = branches.free.reachable(targets, branches.arm.home)
         path = PosePath(wanted, scale, any(row in branches.rows for row in ROWS[3:]))
+        if (count := path.count(STEP)) > MOST_PLACES:
+            raise InputError(
+                f"the path has {count} places {STEP:.3g} length scales apart, at most {MOST_PLACES} are solved for; "
+                f"the longest way between two poses is {scale * path.steps.max():.3g} m"
+            )
+        if start is not None:
+            near = np.where(self.solver.moving, near, start)
         between, stops = Between(path, self.solver, accuracy), PathStops(self.solver, near)
         s = path.places(STEP)
         layers = self.solver.layers(s, path.at(s), near)
@@ -57,8 +65,9 @@ class PathPlanner:
         if start is not None:
             layers = self._with_start(layers, start, accuracy)
         elif not layers.counts[0]:
-            led, is_close = self.solver.led(path.at(s[:1]), near[None], CLOSE * accuracy)
-            layers = layers.with_solutions(0, led, self.solver.sliding, SAME) if is_close[0] else layers
+            from_here = np.stack([near, self.solver.closest(layers.targets[0], near)])
+            led, is_close = self.solver.led(path.at(s[[0, 0]]), from_here, CLOSE * accuracy)
+            layers = layers.with_solutions(0, led[is_close], self.solver.sliding, SAME)
         pieces: list[PathPiece] = []
         reasons: list[PathStop] = []
         first, last = 0, None
@@ -78,7 +87,8 @@ class PathPlanner:
             else:
                 if reached != last:  # what ends at the same place is said once
                     reasons.append(stops.after(layers, reached, values[-1]))
-                last, first = reached, max(reached, first + (reached <= first))
+                # A piece begins where the one before ends; a place from which no step leads is left out.
+                last, first = reached, reached if reached > first else first + 1
         followed = len(pieces) == 1 and pieces[0].s[0] == 0.0 and pieces[0].s[-1] == len(path) - 1.0
         status = PathStatus.FOLLOWED if followed else PathStatus.INTERRUPTED
         return PathPlan(status, tuple(pieces), tuple(reasons), targets, complete)
@@ -108,6 +118,5 @@ class PathPlanner:
 
     def _piece(self, s: Array, values: Array) -> PathPiece:
         solver = self.solver
-        q, sigma = solver.branches.to_q(values), singular_values(solver.jacobians(values))
-        margin = float((sigma[:, -1] / sigma[:, 0]).min())
-        return PathPiece(s, q, values, travel(values, solver.weights), margin)
+        q = solver.branches.to_q(values)
+        return PathPiece(s, q, values, travel(values, solver.weights), float(solver.margins(values).min()))

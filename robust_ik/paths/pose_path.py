@@ -65,6 +65,10 @@ class PosePath:
         moved = np.linalg.norm(np.diff(self.poses[:, :3, 3], axis=0), axis=-1) / self.length_scale
         return np.asarray(np.maximum(moved, np.linalg.norm(self._vectors, axis=-1)) if self.turns else moved)
 
+    def count(self, longest: float) -> int:
+        """How many places `places` gives."""
+        return int(np.maximum(1, np.ceil(self.steps / longest)).sum()) + 1
+
     def places(self, longest: float) -> Array:
         """Places of all poses and of as many between them that no step is longer, (m,)."""
         parts = np.maximum(1, np.ceil(self.steps / longest)).astype(int)

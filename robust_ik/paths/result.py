@@ -23,7 +23,7 @@ class Hindrance(Enum):
 
     OUT_OF_REACH = "No configuration reaches the next poses, or none was found: see what is said."
     BEYOND_LIMITS = "The next poses are reached beyond joint limits alone."
-    LIMIT = "Each way on passes a joint limit."
+    LIMIT = "The way on of the shortest motion passes a joint limit."
     SINGULAR = "Solutions meet in a singular configuration and end there; the next pose has others."
     FAR = "The next pose has solutions, but none that a continuous motion along the path leads to."
 
@@ -34,7 +34,7 @@ class PathStop:
 
     Attributes:
         at: The place, in numbers of poses: 137.5 is halfway from pose 137 to pose 138, counted from 0.
-        until: The place where the path is reached again; `at` if it is reached all along.
+        until: The place where the path is reached again, or its last one; `at` if it is reached all along.
         hindrance: Why.
         joints: Names of the joints concerned: those at limits, or that would move most.
         said: What was measured, in words.
@@ -107,7 +107,7 @@ class PathPlan:
 
     @property
     def q(self) -> Array:
-        """Configurations of the first piece, (m, nq): of the whole path if it is followed."""
+        """Configurations of the first piece, (m, nq): of the whole path if it is followed; (0, 0) if there is none."""
         return self.pieces[0].q if self.pieces else np.zeros((0, 0))
 
     @property

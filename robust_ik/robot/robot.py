@@ -46,8 +46,10 @@ from robust_ik.robot.way_out import SINGULAR, Families, WayOut, way_out
 from robust_ik.runtime.files import checked_folders
 from robust_ik.runtime.warn_once import warn_once
 
-ACCURACY = 1e-4
-"""How far a tool may leave its path if nothing is said, in length scales: a tenth of a millimetre for usual arms."""
+ACCURACY, LEAST_ACCURACY = 1e-4, 1e-8
+"""How far a tool may leave its path if nothing is said, a tenth of a millimetre for usual arms, and the least that it
+may be asked for, in length scales.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -395,7 +397,11 @@ class Robot(RobotKinematics):
         targets = as_poses(poses, self.length_scale)
         if targets.ndim != 3 or not len(targets):
             raise InputError(f"poses must be (p, 4, 4) or positions (p, 3), got shape {np.shape(poses)}")
-        off = ACCURACY * self.length_scale if accuracy is None else checked_parameter("accuracy", accuracy, above=0)
+        given, least = (
+            ACCURACY * self.length_scale if accuracy is None else accuracy,
+            LEAST_ACCURACY * self.length_scale,
+        )
+        off = checked_parameter("accuracy", given, least=least)
         near = self.joint_values(self._checked(self.rest if q0 is None else q0))
         begin = None if start is None else self.joint_values(self._checked(start))
         if near.ndim != 1 or (begin is not None and begin.ndim != 1):

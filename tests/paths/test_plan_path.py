@@ -5,7 +5,8 @@ import pytest
 
 import robust_ik as rik
 from robust_ik.kinematics.rotation_vectors import rotations
-from robust_ik.paths import Hindrance
+from robust_ik.paths import Hindrance, furthest_motion
+from robust_ik.paths.path_error import path_error, path_twist
 from tests import dh_arms, pinocchio_reference
 from tests.arms import arm_of
 from tests.branches.test_all_solutions import apart, arm
@@ -304,3 +305,88 @@ def test_what_is_given_is_checked(rng):
         robot.plan_path(poses, frame="nowhere")
     with pytest.raises(rik.InputError, match="q0"):
         robot.plan_path(poses, np.zeros((2, 6)))
+
+
+# ------------------------------------------------------------------------------------------------ what is easily wrong
+def test_a_tool_that_points_the_other_way_is_half_a_turn_off():
+    down = np.diag([1.0, -1.0, -1.0, 1.0])
+    for rows in (("x", "y", "z", "wx", "wy"), ("wx", "wz"), ("x", "wy", "wz")):
+        free = ({"wx", "wy", "wz"} - set(rows)).pop()
+        flipped = np.eye(4) if free == "wx" else down
+        wanted = np.diag([-1.0, -1.0, 1.0, 1.0]) if free == "wx" else np.eye(4)
+        assert path_error(flipped, wanted, rows, 1.0) == pytest.approx(np.pi)
+        assert np.linalg.norm(path_twist(flipped, wanted, rows)) == pytest.approx(np.pi)
+
+
+def test_joints_that_do_not_move_the_frame_stay_where_the_start_has_them(rng):
+    robot = rik.load("ur5")
+    values = wandering(robot, rng, 0.4, 20)
+    values[:, 4:] = [0.2, 0.3]
+    plan = robot.plan_path(robot.pose(values, "wrist_1_link")[:, :3, 3], start=values[0], frame="wrist_1_link")
+    assert plan.followed, plan.reasons
+    np.testing.assert_allclose(plan.q[:, 4:], np.tile([0.2, 0.3], (len(plan.q), 1)), atol=1e-12)
+    assert plan.pieces[0].margin > 1e-3
+
+
+def test_the_tool_may_stand_still(rng):
+    robot = rik.load("panda")
+    q = robot.random(rng)
+    T = robot.pose(q)
+    plan = robot.plan_path([T, T, T], start=q)
+    assert plan.followed, plan.reasons
+    assert plan.pieces[0].travel < 1e-6
+    planar = rik.load("planar_2r")
+    reach = planar.pose([0.0, 0.0])[0, 3]
+    points = np.array([[x, 0, 0] for x in (reach - 0.1, reach + 3e-5, reach + 3e-5, reach - 0.1)])
+    plan = planar.plan_path(points, rows=("x", "y"))
+    assert plan.followed, plan.reasons
+
+
+def test_a_path_just_out_of_reach_is_followed_within_the_accuracy_from_anywhere():
+    planar = rik.load("planar_2r")
+    reach = planar.pose([0.0, 0.0])[0, 3]
+    for q0 in (None, [0.0, 0.0], [2.0, -1.0]):
+        assert planar.plan_path([[reach + 3e-5, 0, 0]], q0, rows=("x", "y")).followed
+
+
+def test_a_boundary_that_is_touched_often_does_not_end_the_search():
+    planar = rik.load("planar_2r")
+    reach = planar.pose([0.0, 0.0])[0, 3]
+    xs = np.tile([reach - 0.05, reach + 3e-5], 130)
+    plan = planar.plan_path(np.stack([xs, 0 * xs, 0 * xs], axis=1), rows=("x", "y"))
+    assert plan.followed, plan.reasons
+
+
+def test_a_search_that_gives_up_returns_what_it_has_verified(monkeypatch):
+    robot = rik.load("puma560")
+    poses = robot.pose(np.array([0.3, -0.5, 0.6, 0.2, 0.0, -0.1]) + np.linspace(-1, 1, 9)[:, None] * 0.3)
+    whole = robot.plan_path(poses)
+    monkeypatch.setattr(furthest_motion, "ROUNDS", 0)
+    monkeypatch.setattr(furthest_motion, "LONGEST", 3.0)
+    plan = robot.plan_path(poses)
+    holds_what_it_says(robot, poses, plan, 1e-4)
+    assert whole.followed
+
+
+def test_what_would_take_without_end_is_refused():
+    robot = arm("ur5")
+    T = robot.pose(robot.rest)
+    far = T.copy()
+    far[0, 3] = 1e7
+    with pytest.raises(rik.InputError, match="places .* the longest way between two poses is 1e\\+07 m"):
+        robot.plan_path([T, far])
+    with pytest.raises(rik.InputError, match="accuracy must be ≥"):
+        robot.plan_path([T, T], accuracy=1e-12)
+
+
+def test_a_position_that_is_missed_is_told_in_millimetres_and_a_rotation_in_degrees():
+    robot = arm("ur5")
+    T = robot.pose(robot.rest)
+    far = T.copy()
+    far[0, 3] += 3.0
+    said = robot.plan_path([T, far]).stops[-1].said
+    assert " mm and " in said
+    assert said.endswith("°, to the end of the path")
+    points = np.array([T[:3, 3], far[:3, 3]])
+    said = robot.plan_path(points).stops[-1].said
+    assert "°" not in said
