@@ -199,6 +199,15 @@ def fewest_pieces(robot, poses, count):
     return pieces
 
 
+def test_a_piece_begins_where_the_path_is_reached_again():
+    robot = rik.load("planar_2r")
+    reach = robot.pose([0.0, 0.0])[0, 3]
+    plan = robot.plan_path(np.array([[0.6, 0, 0], [1.1, 0, 0], [0.6, 0, 0]]) * reach, rows=("x", "y"))
+    assert [piece.s[0] for piece in plan.pieces] == pytest.approx([0.0, 1.2], abs=1e-3)
+    assert [piece.s[-1] for piece in plan.pieces] == pytest.approx([0.8, 2.0], abs=1e-3)
+    assert plan.stops[0].until == plan.pieces[1].s[0]
+
+
 def test_the_joint_at_its_limit_is_named():
     robot = dh_arms.arm("kr16_like", (-2.0, 2.0))
     values = np.array([0.2, -0.6, 0.8, 0.3, 0.7, 0.0]) + np.linspace(1.0, 2.5, 40)[:, None] * np.eye(6)[0]
