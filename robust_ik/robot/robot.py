@@ -39,17 +39,13 @@ from robust_ik.pose_ik import (
 )
 from robust_ik.robot.default_rest import SAMPLES, default_rest
 from robust_ik.robot.joint_map import JointMap
+from robust_ik.robot.path_arguments import path_arguments
 from robust_ik.robot.pinocchio_model import PinocchioModel, build_model, joints_to_keep
 from robust_ik.robot.robot_kinematics import RobotKinematics
 from robust_ik.robot.solution_search import ManyStarts
 from robust_ik.robot.way_out import SINGULAR, Families, WayOut, way_out
 from robust_ik.runtime.files import checked_folders
 from robust_ik.runtime.warn_once import warn_once
-
-ACCURACY, LEAST_ACCURACY = 1e-4, 1e-8
-"""How far a tool may leave its path if nothing is said, a tenth of a millimetre for usual arms, and the least that it
-may be asked for, in length scales.
-"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -349,12 +345,7 @@ class Robot(RobotKinematics):
         return solver.solve_many(np.broadcast_to(poses, (*shape, 4, 4)), near)
 
     def path_planner(self, frame: str | None = None, rows: Sequence[str] | None = None) -> PathPlanner:
-        """The planner behind `plan_path`, made anew; what it needs of the arm is kept.
-
-        Args:
-            frame: Link or joint; default the tip.
-            rows: Wanted rows, of x y z wx wy wz; default `self.rows`.
-        """
+        """The planner behind `plan_path`, of a frame, default the tip, in rows, default `self.rows`."""
         search, branches = ManyStarts(self.pose_solver(frame, rows), self._joints), self.branch_solver(frame, rows)
         return PathPlanner(LayerSolver(branches, search.closest, self._joints.values, self.length_scale))
 
@@ -370,11 +361,10 @@ class Robot(RobotKinematics):
     ) -> PathPlan:
         """A continuous joint motion through poses, on all branches at once; else how far it goes and why no further.
 
-        Between two poses the frame's point moves on a line, and it turns about a fixed axis. All solutions of the poses
-        are found, those of the path between where steps are long or solutions far apart, and the shortest joint motion
-        through them, full turns counted. Each step is looked at in between and made finer until the frame stays on the
-        path; one that does not is a jump between branches and is not taken. Where no motion follows the whole path, the
-        pieces are those that each go as far as any.
+        Between two poses the frame's point moves on a line, and it turns about a fixed axis. The shortest motion is
+        found through all solutions of the poses and of places between, full turns counted. Each step is looked at in
+        between and made finer until the frame stays on the path; one that does not is a jump and is not taken. Where
+        no motion follows the whole path, the pieces are those that each go as far as any.
 
         Args:
             poses: Poses (p, 4, 4) or positions (p, 3).
@@ -382,33 +372,17 @@ class Robot(RobotKinematics):
             start: Where the motion must begin, (nq,); default anywhere.
             frame: Link or joint; default the tip.
             rows: Wanted rows, of x y z wx wy wz; default `self.rows`.
-            accuracy: How far the frame may leave the path, m, and rad times the length scale; default 1e-4 times the
-                length scale.
+            accuracy: How far the frame may leave the path, m, and rad times the length scale; default 1e-4 of it.
 
         Returns:
             The motion, or pieces of it, and why each one ends.
 
         Raises:
-            InputError: An argument is not valid; the start does not reach the first pose; neighbours are half a turn
-                apart.
+            InputError: An argument is not valid; start is not at the first pose; neighbours are half a turn apart.
             FrameNotFoundError: There is no such frame.
         """
-        names = wanted_rows(poses, rows, self.rows, many=True)
-        targets = as_poses(poses, self.length_scale)
-        if targets.ndim != 3 or not len(targets):
-            raise InputError(f"poses must be (p, 4, 4) or positions (p, 3), got shape {np.shape(poses)}")
-        given, least = (
-            ACCURACY * self.length_scale if accuracy is None else accuracy,
-            LEAST_ACCURACY * self.length_scale,
-        )
-        off = checked_parameter("accuracy", given, least=least)
-        near = self.joint_values(self._checked(self.rest if q0 is None else q0))
-        begin = None if start is None else self.joint_values(self._checked(start))
-        if near.ndim != 1 or (begin is not None and begin.ndim != 1):
-            raise InputError(f"q0 and start must be one configuration ({self.nq},) each")
-        if begin is not None and not ((begin >= self.lower) & (begin <= self.upper)).all():
-            raise InputError("start must be within joint limits")
-        return self.path_planner(frame, names).plan(targets, near, off, begin)
+        planner = self.path_planner(frame, wanted_rows(poses, rows, self.rows, many=True))
+        return planner.plan(*path_arguments(self, poses, self.rest if q0 is None else q0, start, accuracy))
 
     def way_out(
         self,
