@@ -13,7 +13,7 @@ from typing import Annotated
 import typer
 
 import robust_ik
-from robust_ik.cli import benchmark, compare, demo, inverses, path, robots, singularities, warmup
+from robust_ik.cli import benchmark, compare, demo, inverses, path, robots, singularities, view, warmup
 from robust_ik.cli.shared import console, errors, show_notes
 from robust_ik.errors import RobustIKError
 from robust_ik.errors.safe_text import in_markup
@@ -31,6 +31,7 @@ COMMANDS = (
     benchmark.benchmark,
     robots.robots,
     inverses.inverses,
+    view.view,
     path.path,
     robots.info,
     singularities.singularities,

@@ -242,8 +242,8 @@ def _cells(index: int, explanation: Explanation) -> tuple[str, ...]:
         str(direction.branch),
         _number(direction.speed, speed),
         _percent(direction.share),
-        _in_words(direction.u, explanation.rows),
-        _in_words(direction.v, [f"q{j + 1}" for j in range(direction.v.size)]),
+        direction_in_words(direction.u, explanation.rows),
+        direction_in_words(direction.v, [f"q{j + 1}" for j in range(direction.v.size)]),
     )
 
 
@@ -255,7 +255,7 @@ def _percent(fraction: float) -> str:
     return f"{round(fraction, 6) + 0.0:.1%}"  # + 0.0 makes −0.0 positive
 
 
-def _in_words(vector: Array, names: Sequence[str]) -> str:
-    """The largest components by name, such as "+0.91 x −0.41 wz"."""
+def direction_in_words(vector: Array, names: Sequence[str]) -> str:
+    """The largest components of a direction by name, such as "+0.91 x −0.41 wz"."""
     largest = [i for i in np.argsort(-np.abs(vector))[:SHOWN] if abs(vector[i]) >= SHOWN_FROM]
     return " ".join(f"{vector[i]:+.2f} {visible(names[i])}" for i in largest).replace("-", "−")

@@ -2,20 +2,51 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robust_ik.checks import alone, as_array
 from robust_ik.checks.public_arguments import checked
-from robust_ik.display.drawings import marks
-from robust_ik.display.drawings.drawn_robot import DrawnRobot, draw_robot
-from robust_ik.display.drawings.marks import GAMMA, Ellipsoids, LostDirections
-from robust_ik.display.scene.animation_tracks import Still
+from robust_ik.display.drawings.drawn_robot import DrawnRobot, MissingMesh, draw_robot
+from robust_ik.display.drawings.following_marks import FollowingMarks
+from robust_ik.display.drawings.marks import GAMMA
 from robust_ik.display.scene.scene import Scene
 from robust_ik.robot.robot import Robot
 
 
+@dataclass(frozen=True, eq=False)
+class DrawnConfiguration:
+    """A robot in a scene with its marks, which go where it goes.
+
+    Attributes:
+        drawn: The robot in the scene.
+        marks: Its marks; None for a robot without a tip.
+        size: Half the diagonal of the robot where it was drawn first, m.
+    """
+
+    drawn: DrawnRobot
+    marks: FollowingMarks | None
+    size: float
+
+    @property
+    def missing_meshes(self) -> tuple[MissingMesh, ...]:
+        """Meshes that are replaced by stand-ins."""
+        return self.drawn.missing_meshes
+
+    def show(self, q: ArrayLike) -> None:
+        """Moves the robot and its marks to a configuration, (nq,); no shape is sent again."""
+        q = alone(as_array(q, "q", (self.drawn.robot.nq,)), "q", 1)
+        self.drawn.show(q)
+        if self.marks is not None:
+            self.marks.show(q)
+
+
 @checked
-def draw_configuration(scene: Scene, robot: Robot, q: ArrayLike | None = None, *, gamma: float = GAMMA) -> DrawnRobot:
+def draw_configuration(
+    scene: Scene, robot: Robot, q: ArrayLike | None = None, *, gamma: float = GAMMA
+) -> DrawnConfiguration:
     """Draws a robot with its lost directions and its manipulability ellipsoid, in place of what was there.
 
     Args:
@@ -23,6 +54,9 @@ def draw_configuration(scene: Scene, robot: Robot, q: ArrayLike | None = None, *
         robot: The robot; without a tip only its shape is drawn.
         q: Configuration, (nq,); default `robot.rest`.
         gamma: A direction counts as being lost below this fraction of the largest singular value.
+
+    Returns:
+        The drawing; its `show(q)` moves the robot and its marks.
     """
     q = robot.rest if q is None else q
     scene.clear()
@@ -31,20 +65,7 @@ def draw_configuration(scene: Scene, robot: Robot, q: ArrayLike | None = None, *
     size = float(np.linalg.norm(extent[1] - extent[0])) / 2
     scene.look_at(extent)
     scene.add_floor(1.5 * size, min(0.0, float(extent[0, 2])))
-    if robot.tip is not None:
-        _draw_marks(scene, robot, np.asarray(q, dtype=float), gamma, size)
-    return drawn
-
-
-def _draw_marks(scene: Scene, robot: Robot, q: ArrayLike, gamma: float, size: float) -> None:
-    J, tip = robot.jacobian(q)[None], robot.pose(q)[None, :3, 3]
-    still = Still()
-    lost = LostDirections.of(J, robot.rows, gamma)
-    marks.draw_lost(scene["lost"], lost.count)
-    marks.animate_lost(still, scene["lost"], lost.count, lost, tip, 0.35 * size)
-    ellipsoids = Ellipsoids.of(J, robot.rows)
-    if ellipsoids is not None and ellipsoids.lengths.max() > 0:
-        marks.draw_ellipsoid(scene["ellipsoid"])
-        scale = 0.35 * size / float(ellipsoids.lengths.max())
-        marks.animate_ellipsoid(still, scene["ellipsoid"], ellipsoids, tip, scale, 0.005 * size)
-    still.place()
+    marks = None if robot.tip is None else FollowingMarks.draw(scene, robot, gamma, size)
+    if marks is not None:
+        marks.show(np.asarray(q, dtype=float))
+    return DrawnConfiguration(drawn, marks, size)

@@ -15,6 +15,7 @@ import tornado.iostream
 import tornado.web
 import tornado.websocket
 
+from robust_ik.display.scene.control_socket import Controls, ControlSocket, is_token
 from robust_ik.display.scene.html_page import live_page
 from robust_ik.display.scene.meshcat_module import VIEWER_FOLDER, umsgpack
 from robust_ik.display.scene.recording_window import RecordingWindow
@@ -24,6 +25,8 @@ HOST = "127.0.0.1"
 # A page of another site could otherwise reach the server under its own name, if it resolves that to 127.0.0.1.
 HOSTS = r"(127\.0\.0\.1|localhost)"
 
+LONGEST_MESSAGE = 16_384
+"""Most bytes of a message from a page; a longer one ends its connection. Chosen: four times the longest command."""
 MOST_COMMANDS, MOST_BYTES = 4_000, 8_000_000
 """Most commands and bytes that wait for a viewer: one that falls further behind gets the whole scene instead."""
 CLEARED: bytes = umsgpack.packb({"type": "delete", "path": "/meshcat"})
@@ -38,15 +41,17 @@ class LiveServer:
 
     Attributes:
         window: The window that records the scene.
+        controls: What pages with its token may move; None if they only watch.
         address: Its address, (host, port).
     """
 
-    def __init__(self, window: RecordingWindow, port: int = 0) -> None:
+    def __init__(self, window: RecordingWindow, port: int = 0, controls: Controls | None = None) -> None:
         if isinstance(port, bool) or not isinstance(port, int) or not 0 <= port < 65536:
             raise InputError(f"port must be a whole number from 0 to 65535, got {reprlib.repr(port)}")
-        self.window = window
+        self.window, self.controls = window, controls
         self._viewers: set[_Viewer] = set()
-        self._feeds: dict[_Viewer, asyncio.Task[None]] = {}
+        self._pages: set[ControlSocket] = set()
+        self._feeds: dict[_Viewer | ControlSocket, asyncio.Task[None]] = {}
         self._lock, self._waiting = threading.Lock(), Queue()
         listener = socket.create_server((HOST, port), backlog=128)
         listener.setblocking(False)
@@ -58,8 +63,9 @@ class LiveServer:
 
     @property
     def url(self) -> str:
-        """The address of the page."""
-        return f"http://{HOST}:{self.address[1]}/"
+        """The address of the page; with the token if there is one."""
+        token = "" if self.controls is None else f"?token={self.controls.token}"
+        return f"http://{HOST}:{self.address[1]}/{token}"
 
     @property
     def running(self) -> bool:
@@ -76,9 +82,12 @@ class LiveServer:
 
     def _run(self, listener: socket.socket) -> None:
         asyncio.set_event_loop(self._loop)
-        application = tornado.web.Application(log_function=_say_nothing)
+        application = tornado.web.Application(log_function=_say_nothing, websocket_max_message_size=LONGEST_MESSAGE)
+        moving = [] if self.controls is None else [
+            (r"/control", ControlSocket, {"server": self, "controls": self.controls})
+        ]  # fmt: skip
         application.add_handlers(HOSTS, [
-            (r"/", _Viewer, {"server": self}),
+            (r"/", _Viewer, {"server": self}), *moving,
             (r"/static/(.*)", tornado.web.StaticFileHandler,
              {"path": str(VIEWER_FOLDER), "default_filename": "index.html"}),
         ])  # fmt: skip
@@ -92,8 +101,8 @@ class LiveServer:
 
     async def _shut_down(self, server: tornado.httpserver.HTTPServer) -> None:
         server.stop()
-        for viewer in list(self._viewers):
-            viewer.close()
+        for each in [*self._viewers, *self._pages]:
+            each.close()
         await server.close_all_connections()
         tasks = asyncio.all_tasks() - {asyncio.current_task()}
         for task in tasks:
@@ -114,6 +123,25 @@ class LiveServer:
         for viewer in list(self._viewers):
             viewer.show(commands)
 
+    def tell(self) -> None:
+        """Has all pages told what is new; called from the program's threads."""
+        if self.running:
+            self._loop.call_soon_threadsafe(self._tell)
+
+    def _tell(self) -> None:
+        for page in self._pages:
+            page.awake.set()
+
+    def admit(self, page: ControlSocket) -> None:
+        """Tells a page that may move things what is going on, and all that changes from now on."""
+        self._pages.add(page)
+        self._feeds[page] = self._loop.create_task(page.feed())
+
+    def release(self, page: ControlSocket) -> None:
+        """Removes a page that has disconnected."""
+        self._pages.discard(page)
+        self._end(page)
+
     def welcome(self, viewer: _Viewer) -> None:
         """Sends the whole scene to a new viewer, and every change from now on."""
         self._viewers.add(viewer)
@@ -123,7 +151,10 @@ class LiveServer:
     def dismiss(self, viewer: _Viewer) -> None:
         """Removes a viewer that has disconnected."""
         self._viewers.discard(viewer)
-        if (feed := self._feeds.pop(viewer, None)) is not None:
+        self._end(viewer)
+
+    def _end(self, connection: _Viewer | ControlSocket) -> None:
+        if (feed := self._feeds.pop(connection, None)) is not None:
             feed.cancel()  # unless it has ended
 
 
@@ -171,7 +202,14 @@ class _Viewer(tornado.websocket.WebSocketHandler):
             await super().get(*args, **kwargs)
         else:
             self.set_header("Cache-Control", "no-store")
-            self.finish(live_page(self.request.host))
+            self.finish(self._page())
+
+    def _page(self) -> str:
+        """The page that moves things for those who know the token; for others the one that shows them."""
+        controls, host = self.server.controls, self.request.host
+        if controls is not None and is_token(self.get_argument("token", ""), controls.token):
+            return controls.page(host)
+        return live_page(host)
 
     def check_origin(self, origin: str) -> bool:
         """Accepts pages of this server only: tornado's own rule, repeated here so that it cannot get lost."""
