@@ -35,13 +35,13 @@ def view(
     base: BaseOption = "fixed",
 ) -> None:
     """Move a robot in the browser, and see what it cannot do there; Ctrl-C ends it."""
-    from robust_ik.display.live import view as opened
+    from robust_ik import display
     from robust_ik.singularities import SingularityAtlas
 
     known = None if atlas is None else SingularityAtlas.load(atlas)
     arm = load_robot(robot, tip, package_dir, xacro_arg, base)
     with console.status("drawing the robot …"):
-        page = opened(arm, port=port, atlas=known)
+        page = display.view(arm, port=port, atlas=known)
     with page:
         for mesh in page.missing_meshes:
             console.print(f"[yellow]not drawn:[/] {in_markup(mesh.name)}", soft_wrap=True)

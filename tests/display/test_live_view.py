@@ -38,10 +38,11 @@ def talk(page, messages, until):
     """The first told message for which `until` is true, after sending messages."""
 
     async def run():
-        connection = await websocket_connect(f"ws://{urlsplit(page.url).netloc}/control?token={page.token}")
+        text, connection = "", await websocket_connect(f"ws://{urlsplit(page.url).netloc}/control?token={page.token}")
         try:
             for message in messages:
-                connection.write_message(message if isinstance(message, (str, bytes)) else json.dumps(message))
+                text = message if isinstance(message, (str, bytes)) else json.dumps(message)
+                connection.write_message(text, binary=isinstance(text, bytes))
             while True:
                 text = await asyncio.wait_for(connection.read_message(), SECONDS)
                 assert text is not None, "the connection was closed"
@@ -49,8 +50,8 @@ def talk(page, messages, until):
                     return told
         finally:
             connection.close()
-            while await connection.read_message() is not None:
-                pass
+            while text is not None:
+                text = await asyncio.wait_for(connection.read_message(), SECONDS)
 
     return asyncio.run(run())
 
@@ -64,7 +65,8 @@ def answer_to(page, token=None, **headers):
     try:
         key = {"Sec-WebSocket-Key": "AAAAAAAAAAAAAAAAAAAAAA=="}
         connection.request("GET", f"/control?token={token}", headers={**wanted, **key, **headers})
-        return connection.getresponse().status
+        with connection.getresponse() as answer:
+            return answer.status
     finally:
         connection.close()
 
@@ -79,8 +81,12 @@ def test_who_has_the_token_moves_the_robot_and_is_told_where_it_is(page):
 def test_families_are_told_with_the_nearest_one(page):
     told = talk(page, [], lambda told: told["kind"] == "families" and told["searched"] == 1.0)
     assert [each["words"] for each in told["families"]]
-    told = talk(page, [{"do": "family", "index": 0}], lambda told: told["kind"] == "state" and told["nearby"])
-    assert told["nearby"]["distance"] < 1e-6 or told["said"]
+    told = talk(page, [{"do": "family", "index": 0}], is_on_the_first_family)
+    assert told["nearby"]["words"] == page.atlas.strata[0].words
+
+
+def is_on_the_first_family(told):
+    return told["kind"] == "state" and told["nearby"] is not None and told["nearby"]["distance"] < 1e-6
 
 
 @pytest.mark.parametrize("token", ["", "wrong", "%00", "x" * 5000])

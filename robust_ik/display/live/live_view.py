@@ -32,6 +32,8 @@ from robust_ik.singularities.atlas import SingularityAtlas
 
 TOKEN_BYTES = 24
 """Random bytes of a token. Chosen: 192 bits, which nobody guesses."""
+LAST_WAIT = 10.0
+"""Seconds for which `close` waits for what is being worked out. Chosen: most searches report more often."""
 LOG = logging.getLogger(__name__)
 
 
@@ -90,6 +92,11 @@ class LiveView:
         return self._session.state
 
     @property
+    def atlas(self) -> SingularityAtlas | None:
+        """Its singular configurations, once they are known."""
+        return self._session.atlas
+
+    @property
     def missing_meshes(self) -> tuple[MissingMesh, ...]:
         """Meshes that are replaced by stand-ins."""
         return self._scene.drawing.missing_meshes
@@ -103,10 +110,10 @@ class LiveView:
     def close(self) -> None:
         """Ends the page's connection, and all that runs for it."""
         self._waiting.close()
-        self._server.close()
         for thread in self._threads:
             if thread is not threading.current_thread():
-                thread.join(timeout=10.0)
+                thread.join(timeout=LAST_WAIT)
+        self._server.close()
 
     def __enter__(self) -> Self:
         return self
@@ -190,7 +197,7 @@ class LiveView:
             self._tell(_News(note=f"Families are not known: {error}", searched=1.0))
 
     def _progress(self, done: int, total: int) -> None:
-        if not self._server.running:
+        if self._waiting.closed:
             raise _StoppedError
         self._tell(_News(searched=min(done / max(total, 1), 0.99)))
 

@@ -43,6 +43,11 @@ class WaitingCommands:
         """Whether nothing is waiting."""
         return not self._commands
 
+    @property
+    def closed(self) -> bool:
+        """Whether `close` was called."""
+        return self._closed
+
     def close(self) -> None:
         """Ends all waiting."""
         with self._changed:

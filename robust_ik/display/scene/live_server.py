@@ -7,6 +7,7 @@ import reprlib
 import socket
 import threading
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -125,7 +126,7 @@ class LiveServer:
 
     def tell(self) -> None:
         """Has all pages told what is new; called from the program's threads."""
-        if self.running:
+        with suppress(RuntimeError):  # it is closed, and nobody is left to be told
             self._loop.call_soon_threadsafe(self._tell)
 
     def _tell(self) -> None:
