@@ -8,13 +8,16 @@ import urllib.request
 
 import pytest
 
+import robust_ik as rik
+
 SECONDS = 120
 ROBUST_IK = [sys.executable, "-c", "from robust_ik.cli import main; main()"]
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_the_page_is_served_until_a_signal_ends_it(number):
-    command = [*ROBUST_IK, "view", "planar_3r", "--no-browser"]
+def test_the_page_is_served_until_a_signal_ends_it(number, tmp_path):
+    atlas = rik.find_singularities(rik.load("planar_3r"), starts=50, certify=False).save(tmp_path / "atlas.json")
+    command = [*ROBUST_IK, "view", "planar_3r", "--no-browser", "--atlas", str(atlas)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as program:
         try:
             url = next(found[0] for line in program.stdout if (found := re.findall(r"http://\S+", line)))
